@@ -84,7 +84,7 @@ impl Written {
     pub(crate) fn text(&self) -> String {
         let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", self.groups.len());
         for (k, (name, kind, _)) in self.groups.iter().enumerate() {
-            writeln!(text, "{} {} \"{name}\"", if *kind == 3 { 2 } else { 3 }, k + 1).unwrap();
+            writeln!(text, "{} {} \"{name}\"", if *kind < 4 { 2 } else { 3 }, k + 1).unwrap();
         }
         writeln!(text, "$EndPhysicalNames\n$Nodes\n{}", self.nodes.len()).unwrap();
         for (i, [x, y, z]) in self.nodes.iter().enumerate() {

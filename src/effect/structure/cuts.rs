@@ -131,9 +131,9 @@ impl Structure<'_> {
 
     fn normal(&self, element: usize) -> Vector {
         let (nodes, at) = (&self.model.elements()[element].nodes, &self.model.geometry().positions);
-        let across = match nodes.as_slice() {
-            &[p, q, r, s] => unit(cross(minus(at[r], at[p]), minus(at[s], at[q]))),
-            &[p, q, r] => unit(cross(minus(at[q], at[p]), minus(at[r], at[p]))),
+        let across = match *nodes.as_slice() {
+            [p, q, r, s] => unit(cross(minus(at[r], at[p]), minus(at[s], at[q]))),
+            [p, q, r] => unit(cross(minus(at[q], at[p]), minus(at[r], at[p]))),
             _ => None,
         };
         across.unwrap_or(self.model.elements()[element].axes[2])
