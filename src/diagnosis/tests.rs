@@ -3,7 +3,6 @@
 mod frame;
 mod inside;
 mod large;
-mod meshes;
 mod statics;
 mod tower;
 mod verdicts;
