@@ -1,5 +1,6 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod cuts;
 mod groups;
 mod inside;
 mod joint_ends;
@@ -76,6 +77,8 @@ pub enum PartKind {
     Line,
     /// A few successive elements of a chain or of a line, or a stretch inside of one that is subdivided.
     Span,
+    /// A run of shells from a free edge inwards, one element wide: a cut, or a crack.
+    Cut,
     /// A group of the file, an entry of several elements that are no chain, or members of one section that the structure shows together.
     Group,
     /// A point mass.
@@ -196,6 +199,7 @@ impl<'a> Structure<'a> {
         s.look_at_elements();
         s.parts = s.list_parts();
         let mut spans = s.list_spans();
+        spans.extend(s.list_cuts());
         s.pair_up(&mut spans);
         s.spans = spans;
         s.ends = s.list_ends();
@@ -223,7 +227,7 @@ impl<'a> Structure<'a> {
         &self.parts
     }
 
-    /// A few successive elements of a chain or of a line, and stretches inside of elements, in file order.
+    /// A few successive elements of a chain or of a line, stretches inside of elements, and cuts of a mesh, in file order.
     pub fn spans(&self) -> &[Part] {
         &self.spans
     }

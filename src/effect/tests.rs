@@ -2,6 +2,7 @@
 
 mod closed_forms;
 mod configurations;
+mod cuts;
 mod files;
 mod groups;
 mod lines;

@@ -220,6 +220,29 @@ impl<'a> Near<'a> {
 /// How far from the mirror image of a point its partner may stand, of the size of the structure.
 pub(crate) const NEAR_IMAGE: f64 = 1e-4;
 
+/// Some of a list of points, each next one the farthest from those chosen before it; in ascending order.
+///
+/// * `own` - indices of the points
+pub(crate) fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<usize> {
+    if own.len() <= most {
+        return own.to_vec();
+    }
+    let mut far = vec![f64::INFINITY; own.len()];
+    let mut chosen = Vec::with_capacity(most);
+    let mut next = 0;
+    for _ in 0..most {
+        chosen.push(own[next]);
+        let place = positions[own[next]];
+        for (far, &n) in far.iter_mut().zip(own) {
+            let d = minus(positions[n], place);
+            *far = far.min(dot(d, d));
+        }
+        next = (0..own.len()).max_by(|&a, &b| far[a].total_cmp(&far[b]).then(b.cmp(&a))).unwrap_or(0);
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
 /// Which of some points stands at the mirror image of each: the nearest within [`NEAR_IMAGE`] of the size; of several at one place, the first
 /// has the first at the mirrored place, and so on. Points nearer than 1e-6 of the size are at one place.
 ///

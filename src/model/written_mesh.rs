@@ -3,23 +3,23 @@
 use std::fmt::Write;
 
 /// A mesh of version 2.2: nodes, and groups of cells of one type by their nodes, from one.
-pub(super) struct Written {
-    pub(super) nodes: Vec<[f64; 3]>,
-    pub(super) groups: Vec<(&'static str, u8, Vec<Vec<usize>>)>,
+pub(crate) struct Written {
+    pub(crate) nodes: Vec<[f64; 3]>,
+    pub(crate) groups: Vec<(&'static str, u8, Vec<Vec<usize>>)>,
 }
 
 impl Written {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { nodes: Vec::new(), groups: Vec::new() }
     }
 
-    pub(super) fn node(&mut self, at: [f64; 3]) -> usize {
+    pub(crate) fn node(&mut self, at: [f64; 3]) -> usize {
         self.nodes.push(at);
         self.nodes.len()
     }
 
     /// A rectangle with nodes of its own, in cells of two directions.
-    pub(super) fn sheet(
+    pub(crate) fn sheet(
         &mut self,
         name: &'static str,
         origin: [f64; 3],
@@ -40,7 +40,7 @@ impl Written {
     }
 
     /// Nodes at one place become one.
-    pub(super) fn merged(&mut self) -> &mut Self {
+    pub(crate) fn merged(&mut self) -> &mut Self {
         let key = |p: &[f64; 3]| p.map(|v| (v * 1e6).round() as i64);
         let first: Vec<usize> =
             self.nodes.iter().map(|p| self.nodes.iter().position(|q| key(p) == key(q)).unwrap() + 1).collect();
@@ -48,10 +48,10 @@ impl Written {
         self
     }
 
-    pub(super) fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n{}\n", self.groups.len());
         for (k, (name, kind, _)) in self.groups.iter().enumerate() {
-            writeln!(text, "{} {} \"{name}\"", if *kind == 3 { 2 } else { 3 }, k + 1).unwrap();
+            writeln!(text, "{} {} \"{name}\"", if *kind < 4 { 2 } else { 3 }, k + 1).unwrap();
         }
         writeln!(text, "$EndPhysicalNames\n$Nodes\n{}", self.nodes.len()).unwrap();
         for (i, [x, y, z]) in self.nodes.iter().enumerate() {

@@ -72,7 +72,7 @@ fn seen<'py>(py: Python<'py>, structure: &Structure<'_>) -> PyResult<Bound<'py, 
     let part = |p: &retune::effect::Part| {
         let kind = match p.kind {
             PartKind::Element => "element",
-            PartKind::Chain | PartKind::Line | PartKind::Span => "chain",
+            PartKind::Chain | PartKind::Line | PartKind::Span | PartKind::Cut => "chain",
             PartKind::Group => "group",
             PartKind::Mass => "mass",
         };

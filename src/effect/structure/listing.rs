@@ -15,7 +15,7 @@ impl Structure<'_> {
                         PartKind::Chain => true,
                         PartKind::Element => is_whole,
                         PartKind::Group => self.path(elements).is_some(),
-                        PartKind::Line | PartKind::Span | PartKind::Mass => false,
+                        PartKind::Line | PartKind::Span | PartKind::Cut | PartKind::Mass => false,
                     };
                 let (name, elements) = (name.to_string(), elements.to_vec());
                 parts.push(Part { of: vec![name.clone()], name, kind, elements, partner: None, is_member });

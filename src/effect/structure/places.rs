@@ -68,8 +68,17 @@ impl Structure<'_> {
             .collect()
     }
 
-    /// Parts with a property, symmetric partners together before each alone.
+    /// Parts with a property, symmetric partners together before each alone; cuts are none of them.
     pub(in crate::effect) fn places(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+        self.these_parts(|p| p.kind != PartKind::Cut && accept(p))
+    }
+
+    /// Where places are wider, cuts through shells that deform, symmetric partners together before each alone.
+    pub(in crate::effect) fn cuts(&self) -> Vec<Location> {
+        self.these_parts(|p| p.kind == PartKind::Cut && p.elements.iter().any(|&e| self.deforms(e)))
+    }
+
+    fn these_parts(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
         let parts = if self.is_wider { &self.spans } else { &self.parts };
         let accepted = |i: &usize| accept(&parts[*i]);
         let partner = |i: usize| parts[i].partner.filter(|j| accepted(j));
@@ -78,7 +87,7 @@ impl Structure<'_> {
             .map(|at| {
                 let kind = match parts[at[0]].kind {
                     PartKind::Element => LocationKind::Element,
-                    PartKind::Chain | PartKind::Line | PartKind::Span => LocationKind::Chain,
+                    PartKind::Chain | PartKind::Line | PartKind::Span | PartKind::Cut => LocationKind::Chain,
                     PartKind::Group => LocationKind::Group,
                     PartKind::Mass => LocationKind::Mass,
                 };

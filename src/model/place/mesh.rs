@@ -4,7 +4,7 @@ use super::{Entry, Placer};
 use crate::catalogue::did_you_mean;
 use crate::element::Element;
 use crate::mesh::{Mesh, Shape};
-use crate::model::geometry::{Vector, dot, minus, plus};
+use crate::model::geometry::{Vector, dot, minus, plus, spread};
 use crate::model::loaded_mesh::{ALL, PlacedMesh};
 use crate::model::spec::MeshPartSpec;
 use crate::yaml::child;
@@ -270,29 +270,6 @@ impl Placer<'_> {
         let of = |&e: &usize| self.elements[e].nodes.iter().flat_map(|&n| at[n].iter().copied()).collect::<Vec<_>>();
         elements.iter().map(of).collect()
     }
-}
-
-/// Some of a list of points, each next one the farthest from those chosen before it; in ascending order.
-///
-/// * `own` - indices of the points
-pub(super) fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<usize> {
-    if own.len() <= most {
-        return own.to_vec();
-    }
-    let mut far = vec![f64::INFINITY; own.len()];
-    let mut chosen = Vec::with_capacity(most);
-    let mut next = 0;
-    for _ in 0..most {
-        chosen.push(own[next]);
-        let place = positions[own[next]];
-        for (far, &n) in far.iter_mut().zip(own) {
-            let d = minus(positions[n], place);
-            *far = far.min(dot(d, d));
-        }
-        next = (0..own.len()).max_by(|&a, &b| far[a].total_cmp(&far[b]).then(b.cmp(&a))).unwrap_or(0);
-    }
-    chosen.sort_unstable();
-    chosen
 }
 
 /// A place on the way outwards.

@@ -1,11 +1,11 @@
 //! Superelements in their places: their nodes in the model, the directions of their dofs, their terms as functions of θ.
 
 use super::Placer;
-use super::mesh::{MOST_SITES, spread};
+use super::mesh::MOST_SITES;
 use crate::catalogue::did_you_mean;
 use crate::element::Dof;
 use crate::model::exported::{Exported, ExportedDof, ExportedMatrices, ExportedTerm};
-use crate::model::geometry::{GLOBAL, Near, Stand, Vector, constant, dot, extent, minus, plus};
+use crate::model::geometry::{GLOBAL, Near, Stand, Vector, constant, dot, extent, minus, plus, spread};
 use crate::model::placed_element::PlacedElement;
 use crate::model::placed_matrices::{PlacedDof, PlacedMatrices};
 use crate::model::spec::{ModelSpec, SuperelementSpec};
