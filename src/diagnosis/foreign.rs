@@ -55,12 +55,18 @@ fn with_modes_of_the_structure(
         Some(x) => one_cause_of(&decided, x, &foreign, settings)?,
         None => OneCause::Any,
     };
-    let is_tried = match cause {
-        OneCause::None => false,
-        OneCause::Any => true,
-        // The search among those that are possible tells whether the whole one is worth its time.
-        OneCause::These(ids) => by_one_cause(scene.as_given().with_only(ids), starts, weight, settings)?.is_some(),
-    };
+    let mut is_tried = matches!(cause, OneCause::Any);
+    if let OneCause::Of(causes) = &cause {
+        // Where a measured shape shows the place, nothing else is tried: the best of a screening is any of thousands.
+        let few = causes.at_few_dofs();
+        let of_few = |ids| by_one_cause(scene.as_given().with_only(ids), starts, weight, settings);
+        if !few.is_empty()
+            && let Some(found) = of_few(few)?
+        {
+            return named(found);
+        }
+        is_tried = may_be_had() && causes.may_be_of_many_parts();
+    }
     if is_tried && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
         return named(found);
     }

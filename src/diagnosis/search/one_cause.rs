@@ -45,14 +45,35 @@ struct Unknown<'a> {
 }
 
 /// What could be the single cause of modes that look foreign.
-#[derive(Debug)]
-pub(crate) enum OneCause {
-    /// None.
+pub(crate) enum OneCause<'a> {
+    /// None of the catalogue.
     None,
-    /// Of the effects these, by their ids.
-    These(BTreeSet<String>),
+    /// One of these.
+    Of(Causes<'a>),
     /// That cannot be told.
     Any,
+}
+
+/// The effects, each with whether it explains every one of the modes; none where it acts at too many dofs to tell so.
+pub(crate) struct Causes<'a> {
+    scene: &'a Scene,
+    theta: Vec<f64>,
+    strange: Vec<Unknown<'a>>,
+    candidates: Vec<(Candidate, Option<bool>)>,
+}
+
+impl Causes<'_> {
+    /// Ids of those at few dofs that explain the modes at some size.
+    pub(crate) fn at_few_dofs(&self) -> BTreeSet<String> {
+        self.candidates.iter().filter(|c| c.1 == Some(true)).map(|c| c.0.id()).collect()
+    }
+
+    /// Whether one of many parts may explain them.
+    pub(crate) fn may_be_of_many_parts(&self) -> bool {
+        let explains =
+            |c: &Candidate| self.strange.iter().all(|u| at_some_size(self.scene, &self.theta, u, c).unwrap_or(true));
+        self.candidates.par_iter().any(|(c, told)| told.is_none() && explains(c))
+    }
 }
 
 /// What could make every one of these modes alone.
@@ -60,12 +81,12 @@ pub(crate) enum OneCause {
 /// * `scene` - without these modes
 /// * `x` - parameters that fit the others
 /// * `modes` - those that look foreign, of which those with a shape tell
-pub(crate) fn one_cause_of(
-    scene: &Scene,
+pub(crate) fn one_cause_of<'a>(
+    scene: &'a Scene,
     x: &DVector<f64>,
     modes: &[usize],
     settings: &Settings,
-) -> Result<OneCause, DiagnosisError> {
+) -> Result<OneCause<'a>, DiagnosisError> {
     let theta = Scaling::new(scene.solved()).theta(x);
     let unknown: Vec<Unknown<'_>> = modes.iter().filter_map(|&m| unknown(scene, m)).collect();
     if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
@@ -80,29 +101,23 @@ pub(crate) fn one_cause_of(
     if strange.is_empty() {
         return Ok(OneCause::Any);
     }
-    let (candidates, context) = (placed(scene, settings), Context::default());
+    let context = Context::default();
     let reach = strange.iter().map(|u| Reach::of(u, &theta, &context)).collect::<Result<Vec<_>, _>>()?;
-    // None where a candidate acts at too many dofs to tell.
-    let explains: Vec<Option<bool>> = candidates
-        .par_iter()
-        .map(|c| {
-            let each = strange.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, c));
-            each.fold(Some(true), |all, this| match (all, this) {
-                (Some(false), _) | (_, Some(false)) => Some(false),
-                (Some(true), Some(true)) => Some(true),
-                _ => None,
-            })
-        })
-        .collect();
-    let of_many_parts = |(c, explains): (&Candidate, &Option<bool>)| {
-        explains.is_none() && strange.iter().all(|u| at_some_size(scene, &theta, u, c).unwrap_or(true))
+    let told = |c: Candidate| {
+        let each = || strange.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, &c));
+        let explains = if each().any(|told| told == Some(false)) {
+            Some(false)
+        } else {
+            each().collect::<Option<Vec<_>>>().map(|_| true)
+        };
+        (c, explains)
     };
-    let is_possible = explains.contains(&Some(true)) || candidates.par_iter().zip(&explains).any(of_many_parts);
-    if !is_possible {
+    let candidates: Vec<_> = placed(scene, settings).into_par_iter().map(told).collect();
+    drop(reach);
+    if candidates.iter().all(|c| c.1 == Some(false)) {
         return Ok(OneCause::None);
     }
-    let left = candidates.iter().zip(&explains).filter(|(_, explains)| **explains != Some(false));
-    Ok(OneCause::These(left.map(|(c, _)| c.id()).collect()))
+    Ok(OneCause::Of(Causes { scene, theta, strange, candidates }))
 }
 
 fn unknown(scene: &Scene, mode: usize) -> Option<Unknown<'_>> {
