@@ -55,19 +55,16 @@ fn with_modes_of_the_structure(
         Some(x) => one_cause_of(&decided, x, &foreign, settings)?,
         None => OneCause::Any,
     };
-    let mut is_tried = matches!(cause, OneCause::Any);
-    if let OneCause::Of(causes) = &cause {
-        // Where a measured shape shows the place, nothing else is tried: the best of a screening is any of thousands.
-        let few = causes.at_few_dofs();
-        let of_few = |ids| by_one_cause(scene.as_given().with_only(ids), starts, weight, settings);
-        if !few.is_empty()
-            && let Some(found) = of_few(few)?
-        {
-            return named(found);
-        }
-        is_tried = may_be_had() && causes.may_be_of_many_parts();
-    }
-    if is_tried && let Some(found) = by_one_cause(scene.as_given(), starts, weight, settings)? {
+    let with_all = match cause {
+        OneCause::None => None,
+        // What no effect of this place and size could make needs no fit: among thousands the right one may never get one.
+        OneCause::These(ids) => Some(scene.as_given().with_only(Some(ids))),
+        OneCause::Any => Some(scene.as_given()),
+    };
+    let is_tried = with_all.is_some();
+    if let Some(with_all) = with_all
+        && let Some(found) = by_one_cause(with_all, starts, weight, settings)?
+    {
         return named(found);
     }
     let found = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
@@ -211,7 +208,7 @@ pub(super) fn investigate(
             return Err(DiagnosisError::Unit { slip });
         }
     }
-    let scene = scene.in_full(starts.first())?;
+    let scene = scene.in_full(starts.first())?.with_only(None);
     check_places(&scene, settings)?;
     let (work, before) = (scene.work.clone(), scene.work.so_far());
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;

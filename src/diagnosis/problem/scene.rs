@@ -319,9 +319,9 @@ impl Scene {
 
     /// The same where these effects alone are screened.
     ///
-    /// * `ids` - of the effects
-    pub(crate) fn with_only(mut self, ids: BTreeSet<String>) -> Self {
-        self.only = Some(Arc::new(ids));
+    /// * `ids` - of the effects; none for all
+    pub(crate) fn with_only(mut self, ids: Option<BTreeSet<String>>) -> Self {
+        self.only = ids.map(Arc::new);
         self
     }
 

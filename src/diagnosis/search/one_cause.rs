@@ -45,35 +45,13 @@ struct Unknown<'a> {
 }
 
 /// What could be the single cause of modes that look foreign.
-pub(crate) enum OneCause<'a> {
-    /// None of the catalogue.
+pub(crate) enum OneCause {
+    /// Nothing.
     None,
-    /// One of these.
-    Of(Causes<'a>),
+    /// A fault of the measurement, or one of these effects, by their ids.
+    These(BTreeSet<String>),
     /// That cannot be told.
     Any,
-}
-
-/// The effects, each with whether it explains every one of the modes; none where it acts at too many dofs to tell so.
-pub(crate) struct Causes<'a> {
-    scene: &'a Scene,
-    theta: Vec<f64>,
-    strange: Vec<Unknown<'a>>,
-    candidates: Vec<(Candidate, Option<bool>)>,
-}
-
-impl Causes<'_> {
-    /// Ids of those at few dofs that explain the modes at some size.
-    pub(crate) fn at_few_dofs(&self) -> BTreeSet<String> {
-        self.candidates.iter().filter(|c| c.1 == Some(true)).map(|c| c.0.id()).collect()
-    }
-
-    /// Whether one of many parts may explain them.
-    pub(crate) fn may_be_of_many_parts(&self) -> bool {
-        let explains =
-            |c: &Candidate| self.strange.iter().all(|u| at_some_size(self.scene, &self.theta, u, c).unwrap_or(true));
-        self.candidates.par_iter().any(|(c, told)| told.is_none() && explains(c))
-    }
 }
 
 /// What could make every one of these modes alone.
@@ -81,43 +59,41 @@ impl Causes<'_> {
 /// * `scene` - without these modes
 /// * `x` - parameters that fit the others
 /// * `modes` - those that look foreign, of which those with a shape tell
-pub(crate) fn one_cause_of<'a>(
-    scene: &'a Scene,
+pub(crate) fn one_cause_of(
+    scene: &Scene,
     x: &DVector<f64>,
     modes: &[usize],
     settings: &Settings,
-) -> Result<OneCause<'a>, DiagnosisError> {
+) -> Result<OneCause, DiagnosisError> {
     let theta = Scaling::new(scene.solved()).theta(x);
     let unknown: Vec<Unknown<'_>> = modes.iter().filter_map(|&m| unknown(scene, m)).collect();
     if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
         return Ok(OneCause::Any);
     }
+    let context = Context::default();
+    let reach = unknown.iter().map(|u| Reach::of(u, &theta, &context)).collect::<Result<Vec<_>, _>>()?;
+    // Each with whether it explains all of them; none where it acts at too many dofs to tell.
+    let told = |c: Candidate| {
+        let each: Vec<Option<bool>> = unknown.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, &c)).collect();
+        let explains = if each.contains(&Some(false)) { Some(false) } else { (!each.contains(&None)).then_some(true) };
+        (c, explains)
+    };
+    let candidates: Vec<(Candidate, Option<bool>)> = placed(scene, settings).into_par_iter().map(told).collect();
     let mut strange = Vec::new();
-    for u in unknown {
-        if !is_a_mode(scene, &theta, &u)? {
+    for u in &unknown {
+        if !is_a_mode(scene, &theta, u)? {
             strange.push(u);
         }
     }
-    if strange.is_empty() {
-        return Ok(OneCause::Any);
-    }
-    let context = Context::default();
-    let reach = strange.iter().map(|u| Reach::of(u, &theta, &context)).collect::<Result<Vec<_>, _>>()?;
-    let told = |c: Candidate| {
-        let each = || strange.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, &c));
-        let explains = if each().any(|told| told == Some(false)) {
-            Some(false)
-        } else {
-            each().collect::<Option<Vec<_>>>().map(|_| true)
-        };
-        (c, explains)
-    };
-    let candidates: Vec<_> = placed(scene, settings).into_par_iter().map(told).collect();
-    drop(reach);
-    if candidates.iter().all(|c| c.1 == Some(false)) {
+    let at_some_size = |c: &Candidate| strange.iter().all(|u| at_some_size(scene, &theta, u, c).unwrap_or(true));
+    let is_possible = strange.is_empty()
+        || candidates.iter().any(|c| c.1 == Some(true))
+        || candidates.par_iter().any(|(c, told)| told.is_none() && at_some_size(c));
+    if !is_possible {
         return Ok(OneCause::None);
     }
-    Ok(OneCause::Of(Causes { scene, theta, strange, candidates }))
+    let left = candidates.into_iter().filter(|c| c.1 != Some(false));
+    Ok(OneCause::These(left.map(|(c, _)| c.id()).collect()))
 }
 
 fn unknown(scene: &Scene, mode: usize) -> Option<Unknown<'_>> {
