@@ -10,7 +10,7 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::effect::{Candidate, NewParameter, PatchError};
 use crate::linalg::DVector;
 use crate::model::spec::ModelSpec;
-use crate::model::{Additions, Change, Model, ModelError};
+use crate::model::{Additions, Change, MOST_DENSE_DOFS, Model, ModelError, ParametricModel};
 use crate::objective::Scaling;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -105,6 +105,21 @@ impl Scene {
         };
         let sizes: Vec<(String, f64)> = self.added.iter().filter_map(value).collect();
         self.with_file_near(self.file_in_full()?, self.added.clone(), &sizes)
+    }
+
+    /// The same with the models themselves instead of what stands in for them; `None` where they are too large.
+    ///
+    /// # Errors
+    /// As [`Self::in_full`].
+    pub(crate) fn by_itself(&self) -> Result<Option<Self>, DiagnosisError> {
+        if !self.is_large() {
+            return Ok(Some(self.clone()));
+        }
+        if self.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS) {
+            return Ok(None);
+        }
+        let alone = Self { large: usize::MAX, ..self.clone() };
+        alone.with_file(self.file_in_full()?, self.added.clone()).map(Some)
     }
 
     /// The model of the first test with all changes.

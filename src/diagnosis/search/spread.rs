@@ -125,9 +125,8 @@ pub(crate) struct Fitted {
 /// * `bases` - values of the parameters of the base from which to start
 pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitted>, DiagnosisError> {
     // A stand-in has no room for as many shapes as there are parts.
-    if stage.scene.is_large() {
-        return Ok(Vec::new());
-    }
+    let Some(scene) = stage.scene.by_itself()? else { return Ok(Vec::new()) };
+    let stage = &Stage { scene, ..stage.clone() };
     let base = ln_evidence(&stage.fit)?;
     let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SPREAD_SCALES.len());
     let of = |properties: &&[Property]| {

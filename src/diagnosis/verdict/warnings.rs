@@ -166,9 +166,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
 fn finer_mesh_explains(scene: &Scene, fit: &Fit, weight: f64) -> Option<String> {
     /// Steps of the fit: the mesh moves an optimum little.
     const STEPS: usize = 12;
-    if scene.is_large() {
-        return None;
-    }
+    let scene = scene.by_itself().ok()??;
     let mut file = (*scene.file).clone();
     for case in &scene.cases {
         let fine = refined(&case.model, &fit.theta, FINER).ok()?;
