@@ -253,20 +253,16 @@ impl ModalSolver {
                 };
                 Ok(of.iter().map(mode).map(derivative).collect())
             }
-            Matrices::Sparse(system) => {
+            Matrices::Sparse(system) if modes.shapes.nrows() >= ONE_FACTOR_FROM => {
                 let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
-                let plan = &self.plan_for(model, system)?;
-                if modes.shapes.nrows() >= ONE_FACTOR_FROM {
-                    let pencil = (&system.stiffness, &system.mass);
-                    return Ok(modal::mode_derivatives_sparse(plan, pencil, self.shift, modes, of, &slopes)?);
-                }
                 let pencil = (&system.stiffness, &system.mass);
-                let derivative = |&i: &usize| {
-                    let shape = modes.shapes.columns(i, 1).into_owned();
-                    modal::mode_derivative_sparse(plan, pencil, modes.lambda[i], &shape, 0, &slopes)
-                };
-                Ok(of.iter().map(derivative).collect::<Result<Vec<_>, _>>()?)
+                let plan = self.plan_for(model, system)?;
+                Ok(modal::mode_derivatives_sparse(&plan, pencil, self.shift, modes, of, &slopes)?)
+            }
+            Matrices::Sparse(_) => {
+                let alone: Vec<(Vec<usize>, usize)> = of.iter().map(|&i| (vec![i], 0)).collect();
+                self.differentiate_in_clusters(model, matrices, slopes, modes, &alone)
             }
         }
     }

@@ -40,7 +40,7 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
-/// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 430 a tenth; below,
+/// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 430 a seventh; below,
 /// the digits of the model are worth more than the time.
 const LARGE: usize = 300;
 
@@ -325,11 +325,9 @@ impl Scene {
         self
     }
 
-    /// Whether an effect is screened.
-    ///
-    /// * `id` - of the effect
-    pub(crate) fn has_effect(&self, id: &str) -> bool {
-        self.only.as_ref().is_none_or(|only| only.contains(id))
+    /// Ids of the effects that are screened; none for all.
+    pub(crate) fn only(&self) -> Option<&BTreeSet<String>> {
+        self.only.as_deref()
     }
 
     /// The same with the sensors of every test that the motions of the model contradict.

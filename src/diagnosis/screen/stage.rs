@@ -254,7 +254,9 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 /// Every effect at every place of the structure, in the configurations that were tested.
 pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
     let mut all = in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects));
-    all.retain(|c| scene.has_effect(&c.id()));
+    if let Some(only) = scene.only() {
+        all.retain(|c| only.contains(&c.id()));
+    }
     all
 }
 

@@ -15,6 +15,7 @@ use crate::diagnosis::error::{DiagnosisError, unsolvable};
 use crate::diagnosis::problem::evidence::{ln_evidence, ln_sum};
 use crate::diagnosis::problem::fit::Fit;
 use crate::diagnosis::problem::race::{Pick, Round, STEPS, fit_by};
+use crate::diagnosis::problem::scene::Scene;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::thresholds::{NINETY, SPREAD_FACTOR, SPREAD_SCALES};
 use crate::effect::{Context, Part, PartKind, Structure};
@@ -126,7 +127,6 @@ pub(crate) struct Fitted {
 pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitted>, DiagnosisError> {
     // A stand-in has no room for as many shapes as there are parts.
     let Some(scene) = stage.scene.by_itself()? else { return Ok(Vec::new()) };
-    let stage = &Stage { scene, ..stage.clone() };
     let base = ln_evidence(&stage.fit)?;
     let work = stage.settings.listener.work("fitting changes of every element", FIELDS.len() * SPREAD_SCALES.len());
     let of = |properties: &&[Property]| {
@@ -142,7 +142,7 @@ pub(crate) fn spreads(stage: &Stage, bases: &[DVector<f64>]) -> Result<Vec<Fitte
             if stage.settings.until.is_over() {
                 break;
             }
-            if let Ok((evidence, fit)) = fit_spread(stage, &parts, scale, &starts) {
+            if let Ok((evidence, fit)) = fit_spread(stage, &scene, &parts, scale, &starts) {
                 starts = vec![fit.x.clone()];
                 found.push((evidence, fit));
             }
@@ -189,13 +189,16 @@ fn neutral(x: &DVector<f64>, n: usize) -> DVector<f64> {
 }
 
 /// ln Z_τ and the fit, factors last.
+///
+/// * `scene` - of the stage, without stand-ins
 fn fit_spread(
     stage: &Stage,
+    scene: &Scene,
     parts: &[(Property, String)],
     scale: f64,
     starts: &[DVector<f64>],
 ) -> Result<(f64, Fit), DiagnosisError> {
-    let mut file = (*stage.scene.file).clone();
+    let mut file = (*scene.file).clone();
     for (k, (property, part)) in parts.iter().enumerate() {
         // No file is expected to have such names.
         let name = format!("retune.spread.{}", k + 1);
@@ -215,7 +218,7 @@ fn fit_spread(
         file.overrides
             .insert(name, OverrideSpec { of: vec![part.clone()], stiffness, mass, ..OverrideSpec::default() });
     }
-    let scene = stage.scene.with_file(file, stage.scene.added.clone())?;
+    let scene = scene.with_file(file, scene.added.clone())?;
     let effort = stage.effort();
     let rounds = vec![
         Round { pick: Pick::Lowest(effort.spread_starts), steps: effort.spread_steps },
