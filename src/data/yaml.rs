@@ -5,6 +5,7 @@ mod doubts;
 mod family;
 mod masses;
 mod partner;
+mod shape;
 mod statics;
 mod write;
 
@@ -15,12 +16,12 @@ pub use write::write_test;
 use self::components::ShapeComponentSpec;
 use self::masses::MassPropertySpec;
 use self::partner::PartnerSpec;
+use self::shape::{EntriesSpec, ShapeSpec};
 use self::statics::{FrfSpec, StaticTestSpec};
 use super::correction::{self, Correction};
 use super::date::Date;
-use super::test::{Measured, Origin, Place, Sensor, TestData, TestMode, usable_scale};
-use crate::catalogue::{counted, did_you_mean};
-use crate::linalg::{Complex, DVector};
+use super::test::{Measured, Origin, Place, Sensor, TestData, TestMode};
+use crate::catalogue::did_you_mean;
 use crate::units::Scalar;
 use crate::yaml::{self, Problem, Severity, child};
 use indexmap::IndexMap;
@@ -57,6 +58,7 @@ pub struct TestSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
     /// Where the numbers come from: a name for each source.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sources: IndexMap<String, SourceSpec>,
     /// Sensors, in the order of every shape.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
@@ -231,8 +233,9 @@ pub struct ModeSpec {
     /// Its standard deviation, `10 %` of the value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping_sd: Option<Scalar>,
-    /// The source of frequency and damping.
-    pub source: String,
+    /// The source of frequency and damping; the only one when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
     /// Shape at the sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSpec>,
@@ -255,25 +258,9 @@ fn yes() -> bool {
     true
 }
 
-/// A measured shape.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ShapeSpec {
-    /// The source of the shape; that of the mode when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub source: Option<String>,
-    /// One value per sensor, in their order, any scale; `.nan` or `null` where a sensor did not measure.
-    pub real: Vec<Option<f64>>,
-    /// Imaginary parts of a complex shape.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub imaginary: Option<Vec<Option<f64>>>,
-    /// Standard deviation of each entry: `2 %` of the largest entry.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sd: Option<Scalar>,
-    /// Standard deviations entry by entry, in the scale of the shape, instead of `sd`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sds: Option<Vec<f64>>,
-}
+/// What a file without sources is told.
+const NO_SOURCE: &str =
+    "say under `sources` where the numbers come from: `sources: {gvt: {kind: measured, text: 'by whom, where, when'}}`";
 
 /// Version of the format of test files that is read and written.
 pub(crate) const FORMAT: u32 = 1;
@@ -333,16 +320,33 @@ impl Reader<'_> {
         sd
     }
 
-    fn origin(&mut self, source: &str, path: &str) -> Origin {
-        match self.spec.sources.get(source) {
-            Some(SourceSpec { kind: SourceKind::Measured, text }) => Origin::Measured(text.clone()),
-            Some(SourceSpec { kind: SourceKind::Synthetic, text }) => Origin::Synthetic(text.clone()),
-            None => {
-                let suggestion = did_you_mean(source, self.spec.sources.keys().map(String::as_str));
-                self.error(path, format_args!("source `{source}` is not defined under `sources`{suggestion}"));
-                Origin::Synthetic(String::new())
+    /// * `source` - its name; the only one when absent
+    fn origin(&mut self, source: Option<&str>, path: &str) -> Origin {
+        let sources = &self.spec.sources;
+        let found = match (source, sources.len()) {
+            (Some(name), _) => sources.get(name),
+            (None, 1) => sources.first().map(|(_, source)| source),
+            (None, _) => None,
+        };
+        match (found, source) {
+            (Some(SourceSpec { kind: SourceKind::Measured, text }), _) => return Origin::Measured(text.clone()),
+            (Some(SourceSpec { kind: SourceKind::Synthetic, text }), _) => return Origin::Synthetic(text.clone()),
+            (None, Some(name)) => {
+                let suggestion = did_you_mean(name, sources.keys().map(String::as_str));
+                self.error(path, format_args!("source `{name}` is not defined under `sources`{suggestion}"));
+            }
+            (None, None) if sources.is_empty() => {
+                // Once for all numbers.
+                if !self.problems.iter().any(|p| p.message == NO_SOURCE) {
+                    self.error(path, NO_SOURCE);
+                }
+            }
+            (None, None) => {
+                let known: Vec<String> = sources.keys().map(|name| format!("`{name}`")).collect();
+                self.error(path, format_args!("say which source it is from: {}", known.join(", ")));
             }
         }
+        Origin::Synthetic(String::new())
     }
 
     fn read(&mut self) -> TestData {
@@ -455,10 +459,10 @@ impl Reader<'_> {
             };
             Measured { value, sd: sd.unwrap_or(DEFAULT_DAMPING_SD * value), sd_is_default: sd.is_none() }
         });
-        let origin = self.origin(&m.source, &child(path, "source"));
+        let origin = self.origin(m.source.as_deref(), &child(path, "source"));
         let shape = m.shape.as_ref().and_then(|s| self.shape(s, &child(path, "shape"), &defaults));
         let shape_origin = m.shape.as_ref().map(|s| match &s.source {
-            Some(source) => self.origin(source, &format!("{path}.shape.source")),
+            Some(source) => self.origin(Some(source), &format!("{path}.shape.source")),
             None => origin.clone(),
         });
         let (shape, shape_sd) = shape.unzip();
@@ -479,69 +483,6 @@ impl Reader<'_> {
             components,
             standing,
         }
-    }
-
-    fn shape(
-        &mut self,
-        s: &ShapeSpec,
-        path: &str,
-        defaults: &DefaultsSpec,
-    ) -> Option<(DVector<Complex<f64>>, DVector<f64>)> {
-        let n = self.spec.sensors.len();
-        for (key, len) in [
-            ("real", Some(s.real.len())),
-            ("imaginary", s.imaginary.as_ref().map(Vec::len)),
-            ("sds", s.sds.as_ref().map(Vec::len)),
-        ] {
-            if let Some(len) = len.filter(|l| *l != n) {
-                self.error(
-                    child(path, key),
-                    format_args!(
-                        "{} for {}; `.nan` stands where a sensor did not measure",
-                        counted(len, "value"),
-                        counted(n, "sensor")
-                    ),
-                );
-                return None;
-            }
-        }
-        let entry = |list: &[Option<f64>], i: usize| list[i].unwrap_or(f64::NAN);
-        let mut shape = DVector::from_fn(n, |i, _| {
-            Complex::new(entry(&s.real, i), s.imaginary.as_ref().map_or(0.0, |im| entry(im, i)))
-        });
-        if shape.iter().any(|v| v.re.is_infinite() || v.im.is_infinite()) {
-            self.error(child(path, "real"), "a value is infinite");
-        }
-        let largest = shape.iter().filter(|v| !v.re.is_nan()).map(|v| v.norm()).fold(0.0, f64::max);
-        if largest == 0.0 {
-            let measured = shape.iter().any(|v| !v.re.is_nan());
-            let why = if measured {
-                "the shape is zero at every sensor"
-            } else {
-                "no sensor measured this shape; leave it out"
-            };
-            self.error(child(path, "real"), why);
-            return None;
-        }
-        let mut sd = match (&s.sds, &s.sd, &defaults.shape_sd) {
-            (Some(list), None, _) => {
-                if list.iter().any(|v| !(*v > 0.0 && v.is_finite())) {
-                    self.error(child(path, "sds"), "standard deviations must be above zero");
-                } else if let Some(sd) = list.iter().find(|sd| !doubts::is_sensible_sd(**sd, largest)) {
-                    self.error(child(path, "sds"), doubts::senseless_sd(*sd, "1", largest));
-                }
-                DVector::from_vec(list.clone())
-            }
-            (Some(_), Some(_), _) => {
-                self.error(path, "give `sd` or `sds`, not both");
-                return None;
-            }
-            (None, Some(sd), _) => DVector::from_element(n, self.sd(sd, "1", largest, &child(path, "sd"))),
-            (None, None, Some(sd)) => DVector::from_element(n, self.sd(sd, "1", largest, "defaults.shape_sd")),
-            (None, None, None) => DVector::from_element(n, DEFAULT_SHAPE_SD * largest),
-        };
-        usable_scale(&mut shape, &mut sd);
-        Some((shape, sd))
     }
 }
 

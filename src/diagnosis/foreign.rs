@@ -58,7 +58,7 @@ fn with_modes_of_the_structure(
     let with_all = match cause {
         OneCause::None => None,
         // What no effect of this place and size could make needs no fit: among thousands the right one may never get one.
-        OneCause::These(ids) => Some(scene.as_given().with_only(Some(ids))),
+        OneCause::These(sought) => Some(scene.as_given().with_only(Some(sought))),
         OneCause::Any => Some(scene.as_given()),
     };
     let is_tried = with_all.is_some();

@@ -17,8 +17,9 @@ pub struct MassPropertySpec {
     /// Its standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sd: Option<Scalar>,
-    /// Its source.
-    pub source: String,
+    /// Its source; the only one of the file when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
 }
 
 /// The mass properties that a file may name: word, quantity, unit.
@@ -59,7 +60,7 @@ impl Reader<'_> {
         let sd = p.sd.as_ref().map(|s| self.sd(s, unit, value, &child(&path, "sd")));
         let default =
             if matches!(quantity, MassQuantity::Cg(_)) { DEFAULT_MASS_SD } else { DEFAULT_MASS_SD * value.abs() };
-        let origin = self.origin(&p.source, &child(&path, "source"));
+        let origin = self.origin(p.source.as_deref(), &child(&path, "source"));
         Some(MassProperty {
             quantity,
             measured: Measured { value, sd: sd.unwrap_or(default), sd_is_default: sd.is_none() },

@@ -29,8 +29,9 @@ pub const DEFAULT_FRF_SD: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StaticTestSpec {
-    /// The source of the readings.
-    pub source: String,
+    /// The source of the readings; the only one of the file when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
     /// The loads, all at once.
     pub loads: Vec<StaticLoadSpec>,
     /// By name of a sensor: how its reading changed under the loads.
@@ -150,7 +151,7 @@ impl Reader<'_> {
                 Measured { value, sd: sd.unwrap_or(DEFAULT_STATIC_SD * value.abs()), sd_is_default: sd.is_none() };
             readings.push(StaticReading { sensor: index, measured });
         }
-        let origin = self.origin(&t.source, &child(&path, "source"));
+        let origin = self.origin(t.source.as_deref(), &child(&path, "source"));
         StaticTest { name: name.to_string(), loads, readings, origin }
     }
 

@@ -2,8 +2,8 @@
 
 use super::statics::{FrfSpec, StaticLoadSpec, StaticReadingSpec, StaticTestSpec};
 use super::{
-    DirectionSpec, FORMAT, MassPropertySpec, ModeSpec, PartnerSpec, SensorSpec, ShapeSpec, SourceKind, SourceSpec,
-    TestSpec,
+    DirectionSpec, EntriesSpec, FORMAT, MassPropertySpec, ModeSpec, PartnerSpec, SensorSpec, ShapeSpec, SourceKind,
+    SourceSpec, TestSpec,
 };
 use crate::data::convert::Duplicates;
 use crate::data::{Origin, Place, Sensor, Standing, StaticLoad, StaticReading, TestData};
@@ -37,15 +37,15 @@ pub fn write_test(data: &TestData) -> String {
         .iter()
         .map(|m| {
             let shape = m.shape.as_ref().map(|shape| {
-                let part = |f: fn(&Complex<f64>) -> f64| -> Vec<Option<f64>> {
-                    shape.iter().map(|v| Some(f(v)).filter(|x| !x.is_nan())).collect()
+                let part = |f: fn(&Complex<f64>) -> f64| {
+                    EntriesSpec::InOrder(shape.iter().map(|v| Some(f(v)).filter(|x| !x.is_nan())).collect())
                 };
                 ShapeSpec {
                     source: m.shape_origin.as_ref().filter(|o| **o != m.origin).map(&mut source),
                     real: part(|v| v.re),
                     imaginary: shape.iter().any(|v| v.im != 0.0 && !v.im.is_nan()).then(|| part(|v| v.im)),
                     sd: None,
-                    sds: m.shape_sd.as_ref().map(|sd| sd.iter().copied().collect()),
+                    sds: m.shape_sd.as_ref().map(|sd| EntriesSpec::InOrder(sd.iter().copied().map(Some).collect())),
                 }
             });
             ModeSpec {
@@ -54,7 +54,7 @@ pub fn write_test(data: &TestData) -> String {
                 frequency_sd: (!m.frequency_hz.sd_is_default).then(|| si(m.frequency_hz.sd, "Hz")),
                 damping: m.damping_ratio.map(|d| Scalar::constant(d.value)),
                 damping_sd: m.damping_ratio.filter(|d| !d.sd_is_default).map(|d| Scalar::constant(d.sd)),
-                source: source(&m.origin),
+                source: Some(source(&m.origin)),
                 shape,
                 components: m.components.iter().map(|c| super::components::written(c, &data.sensors)).collect(),
                 pair_with: match &m.standing {
@@ -74,7 +74,7 @@ pub fn write_test(data: &TestData) -> String {
             let spec = MassPropertySpec {
                 value: si(p.measured.value, unit),
                 sd: (!p.measured.sd_is_default).then(|| si(p.measured.sd, unit)),
-                source: source(&p.origin),
+                source: Some(source(&p.origin)),
             };
             (p.quantity.word().to_string(), spec)
         })
@@ -90,7 +90,7 @@ pub fn write_test(data: &TestData) -> String {
                 (sensor.name.clone(), StaticReadingSpec { value: si(r.measured.value, unit), sd })
             };
             let spec = StaticTestSpec {
-                source: source(&t.origin),
+                source: Some(source(&t.origin)),
                 loads: t.loads.iter().map(|l| load(l, &data.sensors, &si)).collect(),
                 readings: t.readings.iter().map(reading).collect(),
             };

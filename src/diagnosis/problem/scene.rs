@@ -37,7 +37,7 @@ use crate::optim::Draw;
 use crate::update::{HowToPair, as_given};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 /// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 430 a seventh; below,
@@ -153,6 +153,21 @@ impl Case {
     }
 }
 
+/// The effects that are screened for what made modes that look foreign, by their ids.
+#[derive(Debug, Default)]
+pub(crate) struct Sought {
+    /// Those that make modes of such shapes at some size, with the share of the shape that they explain.
+    pub(crate) shown: BTreeMap<String, f64>,
+    /// Those of which that cannot be told.
+    pub(crate) possible: BTreeSet<String>,
+}
+
+impl Sought {
+    pub(crate) fn contains(&self, id: &str) -> bool {
+        self.shown.contains_key(id) || self.possible.contains(id)
+    }
+}
+
 /// A structure and its tests, with the sizes that effects have brought into the model.
 #[derive(Debug, Clone)]
 pub(crate) struct Scene {
@@ -166,8 +181,8 @@ pub(crate) struct Scene {
     pub(crate) is_damped: bool,
     /// How modes are paired.
     pub(crate) how: HowToPair,
-    /// Ids of the effects that are screened; none for all.
-    pub(super) only: Option<Arc<BTreeSet<String>>>,
+    /// The effects that are screened; none for all.
+    pub(super) only: Option<Arc<Sought>>,
     /// Sensors that the motions of the model contradict, whatever its stiffness.
     pub(super) contradicted: Arc<Vec<usize>>,
     /// Models of more dofs are stood in for.
@@ -317,16 +332,14 @@ impl Scene {
         self.with_tests(tests.into_iter().map(Arc::new).collect())
     }
 
-    /// The same where these effects alone are screened.
-    ///
-    /// * `ids` - of the effects; none for all
-    pub(crate) fn with_only(mut self, ids: Option<BTreeSet<String>>) -> Self {
-        self.only = ids.map(Arc::new);
+    /// The same where these effects alone are screened; none for all.
+    pub(crate) fn with_only(mut self, sought: Option<Sought>) -> Self {
+        self.only = sought.map(Arc::new);
         self
     }
 
-    /// Ids of the effects that are screened; none for all.
-    pub(crate) fn only(&self) -> Option<&BTreeSet<String>> {
+    /// The effects that are screened; none for all.
+    pub(crate) fn only(&self) -> Option<&Sought> {
         self.only.as_deref()
     }
 

@@ -33,7 +33,7 @@ pub(crate) struct Stage {
     pub(crate) screened: Vec<Screened>,
     /// Their projected columns.
     pub(crate) directions: Directions,
-    /// Effects by descending score.
+    /// Effects by descending score, or in turns of two such lists, see [`ranked`].
     pub(crate) effects: Vec<Score>,
     pub(crate) faults: Vec<PlacedFault>,
     /// Faults by descending score.
@@ -109,7 +109,7 @@ impl Stage {
     fn screening(mut self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
         self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings)?;
         self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
-        self.effects = self.directions.rank(&self.residual);
+        self.effects = ranked(&self.scene, &self.screened, &self.directions, &self.residual);
         Ok(self)
     }
 
@@ -170,7 +170,7 @@ fn stage_of(
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
     let residual = project(&q, &base.r);
-    let effects = directions.rank(&residual);
+    let effects = ranked(&scene, &screened, &directions, &residual);
     settings.listener.say("screening faults of the measurement");
     let list = faults_at(&scene, &base, &settings.faults);
     let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
@@ -220,7 +220,7 @@ fn stage_of(
     settings.listener.say("simulating what noise alone would give");
     let null_traces: Vec<Trace> = seen.into_iter().map(|(_, t)| t).collect();
     let draws = best_scores(&base, &q, &directions, &null_traces, settings.seed.wrapping_add(1));
-    let best = effects.first().map_or(0.0, |s| s.t).max(fault_scores.first().map_or(0.0, |f| f.t));
+    let best = highest(&effects).max(fault_scores.first().map_or(0.0, |f| f.t));
     let p = p_value(&draws, best);
     Ok(Stage {
         scene,
@@ -240,6 +240,26 @@ fn stage_of(
         fitted: Arc::default(),
         ln_odds: 0.0,
     })
+}
+
+/// The highest score of effects in any order.
+pub(crate) fn highest(effects: &[Score]) -> f64 {
+    effects.iter().fold(0.0, |most, s| most.max(s.t))
+}
+
+/// Effects by descending score. Where a mode waits for a partner, which the screening cannot see coming, those that bring one of its shape, the
+/// most like first, and those that may take turns, so that neither crowds the other out of what is fitted.
+fn ranked(scene: &Scene, screened: &[Screened], directions: &Directions, residual: &DVector<f64>) -> Vec<Score> {
+    let all = directions.rank(residual);
+    let Some(sought) = scene.only() else { return all };
+    let share = |s: &Score| sought.shown.get(&screened[s.index].candidate.id()).copied();
+    let (mut shown, others): (Vec<Score>, Vec<Score>) = all.into_iter().partition(|s| share(s).is_some());
+    shown.sort_by(|a, b| share(b).unwrap_or(0.0).total_cmp(&share(a).unwrap_or(0.0)));
+    let turn = |kind: usize| move |(k, s): (usize, Score)| ((k, kind), s);
+    let mut in_turn: Vec<_> = shown.into_iter().enumerate().map(turn(0)).collect();
+    in_turn.extend(others.into_iter().enumerate().map(turn(1)));
+    in_turn.sort_by_key(|(turn, _)| *turn);
+    in_turn.into_iter().map(|(_, s)| s).collect()
 }
 
 /// What carries the sensors of a test, for effects of their mass.

@@ -3,7 +3,8 @@
 //! A single cause that brings a mode of shape y at a frequency ω is one of these:
 //!
 //! * A fault of one or two sensors, or of a frequency: without the two worst sensors y is a mode of the model, at any frequency.
-//! * A change at a few dofs B: K φ - ω² M φ = -ΔZ φ has forces at B alone, so whatever the size of the change
+//! * A change of few directions B, the range of ΔZ = ΔK - ω² ΔM with new coordinates condensed: K φ - ω² M φ = -ΔZ φ has forces in B alone, so
+//!   whatever the size of the change
 //!
 //! ```text
 //! φ = H(ω) B q,    H = (K - ω² M)⁻¹        y lies in the span of the columns of S H(ω) B, S the rows of the sensors
@@ -18,22 +19,25 @@ use crate::correlation::observation_matrix_at;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::mac;
-use crate::diagnosis::problem::scene::{Case, Scene};
+use crate::diagnosis::problem::scene::{Case, Scene, Sought};
 use crate::diagnosis::screen::effects::Screened;
 use crate::diagnosis::screen::stage::placed;
 use crate::diagnosis::settings::Settings;
 use crate::diagnosis::thresholds::{ALIKE_SHAPE, EXPLAINS, IS_A_MODE, LEFT_ROWS, NEAR_FREQUENCY, SPOILED};
-use crate::effect::{Candidate, Context, Structure};
-use crate::element::Dof;
+use crate::effect::Candidate;
 use crate::linalg::{DMatrix, DVector, thin_qr};
-use crate::model::ParametricModel;
+use crate::model::{ChangeAt, ParametricModel};
 use crate::objective::Scaling;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Dofs up to which the receptance is computed.
 const MOST_DOFS: usize = 1500;
+/// Rows up to which the directions of a change are sought.
+const MOST_ROWS: usize = 120;
+
+/// Share of the largest eigenvalue of a change below which another is none.
+const NULL: f64 = 1e-10;
 
 /// A shape that looks foreign, as it was measured.
 struct Unknown<'a> {
@@ -48,8 +52,8 @@ struct Unknown<'a> {
 pub(crate) enum OneCause {
     /// Nothing.
     None,
-    /// A fault of the measurement, or one of these effects, by their ids.
-    These(BTreeSet<String>),
+    /// A fault of the measurement, or one of these effects.
+    These(Sought),
     /// That cannot be told.
     Any,
 }
@@ -70,15 +74,16 @@ pub(crate) fn one_cause_of(
     if unknown.is_empty() || unknown.iter().any(|u| u.case.model.dof_map().n_dof() > MOST_DOFS) {
         return Ok(OneCause::Any);
     }
-    let context = Context::default();
-    let reach = unknown.iter().map(|u| Reach::of(u, &theta, &context)).collect::<Result<Vec<_>, _>>()?;
-    // Each with whether it explains all of them; none where it acts at too many dofs to tell.
+    let reach = unknown.iter().map(|u| Reach::of(u, &theta)).collect::<Result<Vec<_>, _>>()?;
+    let placed = placed(scene, settings);
+    scene.place(&placed);
+    // Each with its share of the shape that it explains worst; none where it acts in too many directions to tell.
     let told = |c: Candidate| {
-        let each: Vec<Option<bool>> = unknown.iter().zip(&reach).map(|(u, reach)| reach.at_few_dofs(u, &c)).collect();
-        let explains = if each.contains(&Some(false)) { Some(false) } else { (!each.contains(&None)).then_some(true) };
-        (c, explains)
+        let each: Option<Vec<f64>> = unknown.iter().zip(&reach).map(|(u, reach)| reach.share(scene, u, &c)).collect();
+        (c, each.map(|shares| shares.into_iter().fold(1.0, f64::min)))
     };
-    let candidates: Vec<(Candidate, Option<bool>)> = placed(scene, settings).into_par_iter().map(told).collect();
+    let candidates: Vec<(Candidate, Option<f64>)> = placed.into_par_iter().map(told).collect();
+    let is_shown = |share: &Option<f64>| share.is_some_and(|share| share > EXPLAINS);
     let mut strange = Vec::new();
     for u in &unknown {
         if !is_a_mode(scene, &theta, u)? {
@@ -87,13 +92,20 @@ pub(crate) fn one_cause_of(
     }
     let at_some_size = |c: &Candidate| strange.iter().all(|u| at_some_size(scene, &theta, u, c).unwrap_or(true));
     let is_possible = strange.is_empty()
-        || candidates.iter().any(|c| c.1 == Some(true))
+        || candidates.iter().any(|c| is_shown(&c.1))
         || candidates.par_iter().any(|(c, told)| told.is_none() && at_some_size(c));
     if !is_possible {
         return Ok(OneCause::None);
     }
-    let left = candidates.into_iter().filter(|c| c.1 != Some(false));
-    Ok(OneCause::These(left.map(|(c, _)| c.id()).collect()))
+    let mut sought = Sought::default();
+    for (c, share) in &candidates {
+        match share {
+            Some(share) if is_shown(&Some(*share)) => drop(sought.shown.insert(c.id(), *share)),
+            Some(_) => {}
+            None => drop(sought.possible.insert(c.id())),
+        }
+    }
+    Ok(OneCause::These(sought))
 }
 
 fn unknown(scene: &Scene, mode: usize) -> Option<Unknown<'_>> {
@@ -127,53 +139,70 @@ fn without_the_worst(model: &[f64], test: &[f64]) -> f64 {
     mac(left.iter().map(|&i| (model[i], test[i])))
 }
 
-/// What forces at the dofs of a structure move at the sensors that measured a shape, at its frequency.
+/// What forces on a structure move at the sensors that measured a shape, at its frequency.
 struct Reach<'a> {
-    structure: Structure<'a>,
+    /// Parameters of the model.
+    theta: &'a [f64],
     /// S H(ω), (n_sensor x n_dof); none where ω is a frequency of the model.
     receptance: Option<DMatrix<f64>>,
 }
 
 impl<'a> Reach<'a> {
-    fn of(u: &Unknown<'a>, theta: &[f64], context: &'a Context) -> Result<Self, DiagnosisError> {
+    fn of(u: &Unknown<'_>, theta: &'a [f64]) -> Result<Self, DiagnosisError> {
         let model = &*u.case.model;
+        let theta = &theta[..model.parameters().len()];
         let system = model.assemble(theta).map_err(crate::diagnosis::error::unsolvable)?;
         let rows = observation_matrix_at(model, &u.case.test.sensors, theta)?.select_rows(&u.sensors);
         let dynamic = system.stiffness - system.mass * (u.omega * u.omega);
         // H is symmetric: its rows at the sensors are solutions for loads there.
         let h = dynamic.lu().solve(&rows.transpose()).map(|h| h.transpose());
         let receptance = h.filter(|h| h.iter().all(|v| v.is_finite()));
-        Ok(Self { structure: Structure::new(&u.case.model, context), receptance })
+        Ok(Self { theta, receptance })
     }
 
-    /// Whether forces at the dofs of a candidate's place give the shape; none where it has too many.
-    fn at_few_dofs(&self, u: &Unknown<'_>, candidate: &Candidate) -> Option<bool> {
+    /// The share of the shape that forces in the directions of a candidate explain, above what as many random columns would; none where it has
+    /// too many of them.
+    fn share(&self, scene: &Scene, u: &Unknown<'_>, candidate: &Candidate) -> Option<f64> {
         let h = self.receptance.as_ref()?;
-        let nodes = self.structure.nodes_of(&candidate.location);
-        let dofs = u.case.model.dof_map();
-        let mut columns: Vec<DVector<f64>> = Vec::new();
-        for node in nodes {
-            for dof in Dof::ALL {
-                let rows = dofs.express(node, dof);
-                if !rows.is_empty() {
-                    let zero = DVector::zeros(h.nrows());
-                    columns.push(rows.iter().fold(zero, |sum, &(row, factor)| sum + factor * h.column(row)));
-                }
-            }
-            if columns.len() + LEFT_ROWS > u.shape.len() {
-                return None;
-            }
+        let change = scene.change(u.case, candidate)?;
+        let at = change.at(self.theta, &candidate.typical()).ok()?;
+        // What acts on many more rows than there are sensors has more directions too.
+        if !at.acts() || at.old_rows().len() > MOST_ROWS {
+            return None;
         }
-        if columns.is_empty() {
+        let directions = directions(&at, u.omega * u.omega)?;
+        if directions.ncols() == 0 || directions.ncols() + LEFT_ROWS > u.shape.len() {
             return None;
         }
         // Columns of rotations and displacements have other units.
-        let scaled: Vec<DVector<f64>> = columns.into_iter().filter_map(|c| c.try_normalize(0.0)).collect();
+        let moved = h.select_columns(at.old_rows()) * directions;
+        let scaled: Vec<DVector<f64>> = moved.column_iter().filter_map(|c| c.into_owned().try_normalize(0.0)).collect();
+        if scaled.is_empty() {
+            return Some(0.0);
+        }
         let q = thin_qr(&DMatrix::from_columns(&scaled)).ok()?.q;
         let share = q.tr_mul(&u.shape).norm_squared() / u.shape.norm_squared();
         let (n, r) = (u.shape.len() as f64, q.ncols() as f64);
-        Some(1.0 - (1.0 - share) * n / (n - r) > EXPLAINS)
+        Some(1.0 - (1.0 - share) * n / (n - r))
     }
+}
+
+/// The range of ΔZ = ΔK - ω² ΔM on the rows of the model that a change touches, its new coordinates condensed; none where these resonate.
+fn directions(change: &ChangeAt<'_>, omega_squared: f64) -> Option<DMatrix<f64>> {
+    let (size, old) = (change.rows().len(), change.old_rows().len());
+    let [stiffness, mass] = change.times(&DMatrix::identity(size, size));
+    let zero = || DMatrix::zeros(size, size);
+    let z = stiffness.unwrap_or_else(zero) - mass.unwrap_or_else(zero) * omega_squared;
+    let mut own = z.view((0, 0), (old, old)).into_owned();
+    if size > old {
+        let inner = z.view((old, old), (size - old, size - old)).into_owned();
+        let across = z.view((old, 0), (size - old, old)).into_owned();
+        own -= across.tr_mul(&inner.lu().solve(&across)?);
+    }
+    let eigen = own.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let kept: Vec<usize> = (0..old).filter(|&i| eigen.eigenvalues[i].abs() > NULL * largest).collect();
+    Some(eigen.eigenvectors.select_columns(&kept))
 }
 
 /// Whether a candidate of some size gives the model a mode like this one.

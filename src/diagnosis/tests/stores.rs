@@ -30,10 +30,10 @@ fn the_shape_of_a_store_shows_its_place() {
     let foreign: Vec<usize> = (0..decided.test.modes.len()).filter(is_foreign).collect();
     assert!(!foreign.is_empty(), "{id}");
     let cause = one_cause_of(&decided, &settled.x, &foreign, &settings).unwrap();
-    let OneCause::These(ids) = cause else { panic!("{id} is not told") };
-    assert!(ids.contains(&id), "{id}");
+    let OneCause::These(sought) = cause else { panic!("{id} is not told") };
+    assert!(sought.shown.contains_key(&id), "{id}");
     let is_store = |id: &String| id.starts_with("sprung-mass");
-    let left = ids.iter().filter(|id| is_store(id)).count();
+    let left = sought.shown.keys().chain(&sought.possible).filter(|id| is_store(id)).count();
     let of = all.iter().filter(|c| is_store(&c.id())).count();
     assert!(3 * left < of, "{id}: {left} of {of}");
 }

@@ -201,14 +201,13 @@ const HOURGLASS: [[f64; 8]; 4] = [
     [-1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0],
 ];
 
-/// Share of the largest stiffness against an hourglass pattern: between the patterns without resistance (0) and full integration,
-/// which locks in bending. D. P. Flanagan and T. Belytschko (1981) use 0.05 for their κ.
-const HOURGLASS_SHARE: f64 = 0.05;
+/// Stiffness against hourglass patterns, as a share of the shear modulus: what Abaqus documents as its default for solids.
+const HOURGLASS_SHARE: f64 = 0.005;
 
-/// Adds κ c V Σ_i |∂N_i/∂x|² γ γᵀ for each of the four patterns, orthogonal to linear fields:
+/// Adds the stiffness against each of the four patterns h, orthogonal to linear fields:
 ///
 /// ```text
-/// γ = (h - Σ_axis (h·x_axis) ∂N/∂x_axis)/8        c = λ + 2 μ, the largest modulus along an axis
+/// γ = h - Σ_axis (h·x_axis) ∂N/∂x_axis,    q = γᵀu/√8,    Q = ½ κ G V Σ_i |∂N_i/∂x|² q        κ = 0.005, G: the mean shear modulus
 /// ```
 ///
 /// # Source
@@ -222,13 +221,13 @@ pub(super) fn add_hourglass(
 ) -> Result<(), ElementError> {
     let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
     let (g, volume) = gradients(&at, points)?;
-    let modulus = d[0][0].max(d[1][1]).max(d[2][2]);
+    let modulus = (d[3][3] + d[4][4] + d[5][5]) / 3.0;
     let squares: f64 = g.iter().flatten().map(|v| v * v).sum();
-    let factor = HOURGLASS_SHARE * modulus * volume * squares;
+    // γᵀ/√8 on both sides of ½.
+    let factor = HOURGLASS_SHARE * modulus * volume * squares / 16.0;
     for h in &HOURGLASS {
         let along: [f64; 3] = std::array::from_fn(|axis| h.iter().zip(points).map(|(h, p)| h * p[axis]).sum());
-        let gamma: [f64; 8] =
-            std::array::from_fn(|i| (h[i] - (0..3).map(|axis| along[axis] * g[i][axis]).sum::<f64>()) / 8.0);
+        let gamma: [f64; 8] = std::array::from_fn(|i| h[i] - (0..3).map(|axis| along[axis] * g[i][axis]).sum::<f64>());
         for axis in 0..3 {
             for i in 0..8 {
                 for j in 0..=i {

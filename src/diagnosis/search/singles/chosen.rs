@@ -1,7 +1,7 @@
 //! Which effects and faults of a screening deserve a fit.
 
 use crate::diagnosis::screen::effects::Score;
-use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::screen::stage::{Stage, highest};
 use crate::diagnosis::screen::traces::FaultScore;
 use crate::diagnosis::thresholds::FAINT;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub(super) fn chosen_effects(stage: &Stage, limit: usize) -> Vec<Score> {
     let kind = |s: &Score| stage.screened[s.index].candidate.effect.name();
     let mut out: Vec<Score> = stage.effects.iter().take(limit).copied().collect();
-    let best = stage.effects.first().map_or(0.0, |s| s.t);
+    let best = highest(&stage.effects);
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     for s in &out {
         *seen.entry(kind(s)).or_default() += 1;
