@@ -27,6 +27,7 @@ mod bending_stiffness_change;
 mod candidate;
 pub mod conformance;
 mod connection;
+mod cut;
 mod distributed_mass;
 mod eccentric_mass;
 mod edit;
@@ -90,6 +91,7 @@ catalogue! {
     bend_twist_coupling::BendTwistCoupling,
     bending_stiffness_change::BendingStiffnessChange,
     connection::Connection,
+    cut::Cut,
     distributed_mass::DistributedMass,
     eccentric_mass::EccentricMass,
     fibre_angle::FibreAngle,

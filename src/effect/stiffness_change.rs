@@ -42,7 +42,6 @@ impl Effect for StiffnessChange {
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let mut all =
             structure.places(|p| p.kind != PartKind::Mass && p.elements.iter().any(|&e| structure.deforms(e)));
-        all.extend(structure.cuts());
         for dof in Dof::ALL {
             let springs = structure.places(|p| {
                 p.kind == PartKind::Element && p.elements.iter().all(|&e| gives_several_ways(structure, e, dof))

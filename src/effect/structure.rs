@@ -276,12 +276,12 @@ impl<'a> Structure<'a> {
         elements.is_some_and(|all| all.into_iter().flatten().any(of_near))
     }
 
-    /// The elements of a part, or that of an end.
+    /// The elements of a part, that of an end, or those of what is named in the file alone.
     fn elements_of(&self, name: &str) -> Vec<usize> {
         match (self.part(name), self.end(name)) {
             (Some(part), _) => part.elements.clone(),
             (None, Some(end)) => vec![end.element],
-            (None, None) => Vec::new(),
+            (None, None) => self.model.element_set(name).unwrap_or_default().to_vec(),
         }
     }
 

@@ -29,8 +29,9 @@ use crate::modal::ModalError;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Most static shapes of a change: two for each of a dozen modes, as what couples two kinds of motion needs, bending and stretching.
-const MOST_SHAPES: usize = 24;
+/// Most static shapes of a change: three for each of a dozen modes, as what couples two kinds of motion needs, bending and stretching, and what answers to
+/// their forces.
+const MOST_SHAPES: usize = 40;
 /// Up to this many touched dofs a change has the shapes of all forces that it can exert.
 const FEW_ROWS: usize = 36;
 /// Forces below this part of the largest are rounding, or of no account.
@@ -290,16 +291,35 @@ impl StandIn {
             }
             [k, m]
         } else {
-            // What it exerts on the vectors of the basis, of which the modes are combinations.
+            // What it exerts on the vectors of the basis, of which the modes are combinations where it is small, and on what answers to that: what is
+            // nearly cut moves as neither of them does alone.
+            let on = |v: &DMatrix<f64>| {
+                let motion = |i: usize, c: usize| if i < old { v[(touched[i], c)] } else { 0.0 };
+                change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion))
+            };
             let v = &self.common.basis;
-            let motion = |i: usize, c: usize| if i < old { v[(touched[i], c)] } else { 0.0 };
-            change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion))
+            let first = self.leading(&self.both(on(v), old), change.old_rows());
+            let mut answers = self.common.factor.solve(&first);
+            for (mut answer, force) in answers.column_iter_mut().zip(first.column_iter()) {
+                let energy = answer.dot(&force);
+                if energy > 0.0 {
+                    answer /= energy.sqrt();
+                }
+            }
+            let [k, m] = on(v);
+            let [k_on, m_on] = on(&answers);
+            [beside(k, k_on), beside(m, m_on)]
         };
+        (self.leading(&self.both(columns, old), change.old_rows()), scales)
+    }
+
+    /// Forces by K and by M, these at the shift, on the rows of the model.
+    fn both(&self, columns: [Option<DMatrix<f64>>; 2], old: usize) -> DMatrix<f64> {
         let [k, m] = columns.map(|a| a.map_or_else(|| DMatrix::zeros(old, 0), |a| a.rows(0, old).into_owned()));
         let first = k.ncols();
         let mut both = k.resize_horizontally(first + m.ncols(), 0.0);
         both.columns_mut(first, m.ncols()).copy_from(&(m * self.common.shift));
-        (self.leading(&both, change.old_rows()), scales)
+        both
     }
 
     /// The leading directions of some forces, of unit length, on all rows.
@@ -518,5 +538,18 @@ impl ParametricModel for StandIn {
 
     fn affine(&self) -> Option<&AffinePart> {
         self.general.is_empty().then_some(&self.affine)
+    }
+}
+
+/// Columns of both, where there are any.
+fn beside(a: Option<DMatrix<f64>>, b: Option<DMatrix<f64>>) -> Option<DMatrix<f64>> {
+    match (a, b) {
+        (Some(a), Some(b)) => {
+            let n = a.ncols();
+            let mut both = a.resize_horizontally(n + b.ncols(), 0.0);
+            both.columns_mut(n, b.ncols()).copy_from(&b);
+            Some(both)
+        }
+        (a, b) => a.or(b),
     }
 }

@@ -46,7 +46,7 @@ impl Structure<'_> {
 
     /// Whether effects can be at something of this name.
     pub fn has_place(&self, name: &str) -> bool {
-        self.part(name).is_some() || self.end(name).is_some() || self.model.geometry().node(name).is_some()
+        !self.elements_of(name).is_empty() || self.model.geometry().node(name).is_some()
     }
 
     /// The names of parts and of the nodes of the file.

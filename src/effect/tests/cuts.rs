@@ -68,7 +68,7 @@ fn cuts_through_triangles_are_straight() {
 fn a_cut_is_softer() {
     let (model, context) = (strip(false), Context::default());
     let structure = Structure::new(&model, &context);
-    let soft = Effects::builtin().candidate(&structure, "stiffness-change@e7..e8").unwrap();
+    let soft = Effects::builtin().candidate(&structure, "cut@e7..e8").unwrap();
     let text = soft.patch.to_yaml();
     assert!(text.contains("of: [e7, e8]") && text.contains("stiffness:"), "{text}");
     let ids = |all: Vec<Candidate>| all.iter().map(Candidate::id).collect::<Vec<_>>();
@@ -77,6 +77,6 @@ fn a_cut_is_softer() {
     let base = Configured { name: None, model: &model, context: &context };
     let near = ["e7".to_string()];
     let wider = ids(candidates_on_wider_places(&[base], &Effects::builtin(), Some(&near)));
-    assert!(wider.contains(&"stiffness-change@e7..e8".to_string()), "{wider:?}");
+    assert!(wider.contains(&"cut@e7..e8".to_string()), "{wider:?}");
     assert!(!wider.iter().any(|id| id.contains("e10..e11") || id.starts_with("thickness-change")), "{wider:?}");
 }
