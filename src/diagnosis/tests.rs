@@ -3,6 +3,7 @@
 mod frame;
 mod inside;
 mod large;
+mod meshes;
 mod statics;
 mod stores;
 mod tower;

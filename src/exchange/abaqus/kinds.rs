@@ -58,7 +58,8 @@ const fn kind(
     Kind { name, family, nodes, becomes, is_first_order, differs }
 }
 
-const REDUCED: &str = "C3D8R have one point and 0.005 G against hourglassing (hex8_reduced): on coarse meshes per cents from Abaqus";
+const REDUCED: &str =
+    "C3D8R have one point and 0.005 G against hourglassing (hex8_reduced): on coarse meshes per cents from Abaqus";
 const WEDGE6: &str = "C3D6 have six points and the solvers' two: stiffer on coarse meshes";
 const WEDGE15: &str = "C3D15 have 21 points and the solvers' nine: equal as the mesh gets finer";
 const HEX8I: &str = "C3D8I have another set of incompatible modes: the solvers' on parallelepipeds, per mille apart on distorted elements";
