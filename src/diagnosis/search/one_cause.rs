@@ -77,13 +77,14 @@ pub(crate) fn one_cause_of(
     let reach = unknown.iter().map(|u| Reach::of(u, &theta)).collect::<Result<Vec<_>, _>>()?;
     let placed = placed(scene, settings);
     scene.place(&placed);
-    // Each with its share of the shape that it explains worst; none where it acts in too many directions to tell.
+    // Each with its share of the shape that it explains worst; none where it acts in too many directions to tell, unless another shape rules it out.
     let told = |c: Candidate| {
-        let each: Option<Vec<f64>> = unknown.iter().zip(&reach).map(|(u, reach)| reach.share(scene, u, &c)).collect();
-        (c, each.map(|shares| shares.into_iter().fold(1.0, f64::min)))
+        let each: Vec<Option<f64>> = unknown.iter().zip(&reach).map(|(u, reach)| reach.share(scene, u, &c)).collect();
+        let least = each.iter().flatten().copied().fold(1.0, f64::min);
+        let is_told = least <= EXPLAINS || !each.contains(&None);
+        (c, is_told.then_some(least))
     };
     let candidates: Vec<(Candidate, Option<f64>)> = placed.into_par_iter().map(told).collect();
-    let is_shown = |share: &Option<f64>| share.is_some_and(|share| share > EXPLAINS);
     let mut strange = Vec::new();
     for u in &unknown {
         if !is_a_mode(scene, &theta, u)? {
@@ -92,17 +93,21 @@ pub(crate) fn one_cause_of(
     }
     let at_some_size = |c: &Candidate| strange.iter().all(|u| at_some_size(scene, &theta, u, c).unwrap_or(true));
     let is_possible = strange.is_empty()
-        || candidates.iter().any(|c| is_shown(&c.1))
+        || candidates.iter().any(|c| c.1.is_some_and(|share| share > EXPLAINS))
         || candidates.par_iter().any(|(c, told)| told.is_none() && at_some_size(c));
     if !is_possible {
         return Ok(OneCause::None);
     }
     let mut sought = Sought::default();
     for (c, share) in &candidates {
-        match share {
-            Some(share) if is_shown(&Some(*share)) => drop(sought.shown.insert(c.id(), *share)),
+        match *share {
+            Some(share) if share > EXPLAINS => {
+                sought.shown.insert(c.id(), share);
+            }
             Some(_) => {}
-            None => drop(sought.possible.insert(c.id())),
+            None => {
+                sought.possible.insert(c.id());
+            }
         }
     }
     Ok(OneCause::These(sought))
