@@ -82,6 +82,13 @@ fn every_effect_keeps_the_contract_on_every_model() {
         }
         eprintln!("{name}: {} candidates", all.len());
     }
+    // What acts where places are wider alone.
+    let (strip, context) = (cuts::strip(false), Context::default());
+    let on_strip = Configured { name: None, model: &strip, context: &context };
+    let wider = candidates_on_wider_places(&[on_strip], &effects, None);
+    for (count, effect) in counts.iter_mut().zip(EFFECTS) {
+        *count += wider.iter().filter(|c| c.effect.name() == effect.name()).count();
+    }
     for (count, effect) in counts.iter().zip(EFFECTS) {
         eprintln!("{}: {count}", effect.name());
         assert!(*count > 0, "{} acts on no model", effect.name());

@@ -1,13 +1,13 @@
 //! Cuts of meshes: runs of shells from free edges.
 
 use super::*;
-use crate::model::Model;
 use crate::model::load_in;
 use crate::model::written_mesh::Written;
+use crate::model::{Model, ParametricModel};
 use std::collections::BTreeSet;
 
 /// A strip of 0.6 m by 0.3 m in squares of 0.1 m, clamped where it begins; its elements are counted across, then along.
-fn strip(in_triangles: bool) -> Model {
+pub(super) fn strip(in_triangles: bool) -> Model {
     let mut mesh = Written::new();
     mesh.sheet("skin", [0.0; 3], [[0.6, 0.0, 0.0], [0.0, 0.3, 0.0]], [6, 3]);
     if in_triangles {
@@ -71,6 +71,14 @@ fn a_cut_is_softer() {
     let soft = Effects::builtin().candidate(&structure, "cut@e7..e8").unwrap();
     let text = soft.patch.to_yaml();
     assert!(text.contains("of: [e7, e8]") && text.contains("stiffness:"), "{text}");
+    let patched = soft.build(&model, &Registry::builtin()).unwrap();
+    let stiffness = |loss: f64| patched.model.assemble(&patched.theta(&[], &[loss])).unwrap().stiffness;
+    let base = model.assemble(&[]).unwrap().stiffness;
+    assert!((stiffness(0.0) - &base).amax() <= 1e-14 * base.amax());
+    // Half of the loss takes half of what the whole takes, and nothing becomes stiffer.
+    let [half, most] = [0.4, 0.8].map(|loss| &base - stiffness(loss));
+    assert!(half.amax() > 0.01 * base.amax() && (&most - &half * 2.0).amax() < 1e-12 * base.amax());
+    assert!(half.symmetric_eigen().eigenvalues.min() > -1e-9 * base.amax());
     let ids = |all: Vec<Candidate>| all.iter().map(Candidate::id).collect::<Vec<_>>();
     let usual = ids(candidates(&model, &Effects::builtin(), &context));
     assert!(!usual.iter().any(|id| id.contains("e7..e8")));
