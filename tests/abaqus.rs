@@ -618,7 +618,7 @@ fn calculix_finds_the_same_links_springs_and_masses() {
 }
 
 /// The bridge of the University of South Carolina as it stands: masses to the printed digits of Abaqus, frequencies within what one reduced
-/// brick through a wall leaves open (its bending is hourglass stiffness alone, a convention of each solver).
+/// brick through a wall leaves open (its bending is hourglass stiffness alone): the first two within 0.5 %, all within 7 %.
 ///
 /// Source: Job-1.inp and Job-1.dat of ARTS-Laboratory/USC-walking-bridges (SOURCE.md of the folder).
 #[test]
@@ -638,7 +638,8 @@ fn a_real_bridge_comes_in_as_it_stands() {
     assert!(mass.worst < 1e-6, "{mass:?}");
     assert_eq!((found.n_rigid, found.modes.len()), ((Some(0), 0), 10));
     for m in &found.modes {
-        assert!((0.0..0.5).contains(&m.relative()), "{}: {} {}", m.number, m.solver_hz, m.model_hz);
+        let tolerance = if m.number < 3 { 0.005 } else { 0.07 };
+        assert!(m.relative().abs() < tolerance, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
     }
 }
 
