@@ -276,7 +276,7 @@ impl<'a> Structure<'a> {
         elements.is_some_and(|all| all.into_iter().flatten().any(of_near))
     }
 
-    /// The elements of a part, that of an end, or those of what is named in the file alone.
+    /// The elements of a part, that of an end, or those of any other name of the model: an element of a mesh.
     fn elements_of(&self, name: &str) -> Vec<usize> {
         match (self.part(name), self.end(name)) {
             (Some(part), _) => part.elements.clone(),

@@ -279,7 +279,7 @@ impl StandIn {
     fn forces(&self, change: &ChangeAt<'_>) -> (DMatrix<f64>, Vec<f64>) {
         let (touched, old) = (change.rows(), change.old_rows().len());
         let mut scales = vec![1.0; touched.len() - old];
-        let columns = if touched.len() <= FEW_ROWS {
+        let forces = if touched.len() <= FEW_ROWS {
             // All that it can exert: the columns of its matrices.
             let [k, m] = change.times(&DMatrix::identity(touched.len(), touched.len()));
             let at = |a: &Option<DMatrix<f64>>, i: usize| a.as_ref().map_or(0.0, |a| a[(i, i)]);
@@ -289,16 +289,16 @@ impl StandIn {
                     *scale = x.sqrt().recip();
                 }
             }
-            [k, m]
+            self.by_both([k, m], old)
         } else {
             // What it exerts on the vectors of the basis, of which the modes are combinations where it is small, and on what answers to that: what is
             // nearly cut moves as neither of them does alone.
             let on = |v: &DMatrix<f64>| {
                 let motion = |i: usize, c: usize| if i < old { v[(touched[i], c)] } else { 0.0 };
-                change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion))
+                self.by_both(change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion)), old)
             };
-            let v = &self.common.basis;
-            let first = self.leading(&self.both(on(v), old), change.old_rows());
+            let on_basis = on(&self.common.basis);
+            let first = self.leading(&on_basis, change.old_rows());
             let mut answers = self.common.factor.solve(&first);
             for (mut answer, force) in answers.column_iter_mut().zip(first.column_iter()) {
                 let energy = answer.dot(&force);
@@ -306,20 +306,15 @@ impl StandIn {
                     answer /= energy.sqrt();
                 }
             }
-            let [k, m] = on(v);
-            let [k_on, m_on] = on(&answers);
-            [beside(k, k_on), beside(m, m_on)]
+            beside(on_basis, &on(&answers))
         };
-        (self.leading(&self.both(columns, old), change.old_rows()), scales)
+        (self.leading(&forces, change.old_rows()), scales)
     }
 
     /// Forces by K and by M, these at the shift, on the rows of the model.
-    fn both(&self, columns: [Option<DMatrix<f64>>; 2], old: usize) -> DMatrix<f64> {
-        let [k, m] = columns.map(|a| a.map_or_else(|| DMatrix::zeros(old, 0), |a| a.rows(0, old).into_owned()));
-        let first = k.ncols();
-        let mut both = k.resize_horizontally(first + m.ncols(), 0.0);
-        both.columns_mut(first, m.ncols()).copy_from(&(m * self.common.shift));
-        both
+    fn by_both(&self, forces: [Option<DMatrix<f64>>; 2], old: usize) -> DMatrix<f64> {
+        let [k, m] = forces.map(|a| a.map_or_else(|| DMatrix::zeros(old, 0), |a| a.rows(0, old).into_owned()));
+        beside(k, &(m * self.common.shift))
     }
 
     /// The leading directions of some forces, of unit length, on all rows.
@@ -541,15 +536,10 @@ impl ParametricModel for StandIn {
     }
 }
 
-/// Columns of both, where there are any.
-fn beside(a: Option<DMatrix<f64>>, b: Option<DMatrix<f64>>) -> Option<DMatrix<f64>> {
-    match (a, b) {
-        (Some(a), Some(b)) => {
-            let n = a.ncols();
-            let mut both = a.resize_horizontally(n + b.ncols(), 0.0);
-            both.columns_mut(n, b.ncols()).copy_from(&b);
-            Some(both)
-        }
-        (a, b) => a.or(b),
-    }
+/// The columns of one matrix, and behind them those of another.
+fn beside(a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let first = a.ncols();
+    let mut both = a.resize_horizontally(first + b.ncols(), 0.0);
+    both.columns_mut(first, b.ncols()).copy_from(b);
+    both
 }

@@ -252,14 +252,23 @@ pub(crate) fn highest(effects: &[Score]) -> f64 {
 fn ranked(scene: &Scene, screened: &[Screened], directions: &Directions, residual: &DVector<f64>) -> Vec<Score> {
     let all = directions.rank(residual);
     let Some(sought) = scene.only() else { return all };
-    let share = |s: &Score| sought.shown.get(&screened[s.index].candidate.id()).copied();
-    let (mut shown, others): (Vec<Score>, Vec<Score>) = all.into_iter().partition(|s| share(s).is_some());
-    shown.sort_by(|a, b| share(b).unwrap_or(0.0).total_cmp(&share(a).unwrap_or(0.0)));
-    let turn = |kind: usize| move |(k, s): (usize, Score)| ((k, kind), s);
-    let mut in_turn: Vec<_> = shown.into_iter().enumerate().map(turn(0)).collect();
-    in_turn.extend(others.into_iter().enumerate().map(turn(1)));
-    in_turn.sort_by_key(|(turn, _)| *turn);
-    in_turn.into_iter().map(|(_, s)| s).collect()
+    let (mut shown, mut others) = (Vec::new(), Vec::new());
+    for s in all {
+        match sought.shown.get(&screened[s.index].candidate.id()) {
+            Some(&share) => shown.push((share, s)),
+            None => others.push(s),
+        }
+    }
+    shown.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut shown, mut others) = (shown.into_iter().map(|(_, s)| s), others.into_iter());
+    let mut in_turn = Vec::new();
+    loop {
+        let both = [shown.next(), others.next()];
+        if both.iter().all(Option::is_none) {
+            return in_turn;
+        }
+        in_turn.extend(both.into_iter().flatten());
+    }
 }
 
 /// What carries the sensors of a test, for effects of their mass.

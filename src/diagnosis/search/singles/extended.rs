@@ -34,10 +34,7 @@ fn may_explain(board: &Board<'_>) -> Result<bool, DiagnosisError> {
 /// Whether something at a wider place could explain more than the best so far: about what the spreads do, which have every span
 /// among them, but for what lies inside of an element; without spreads that is not known. What needs a mode that the test has missed does not count.
 fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
-    if spreads.is_empty() {
-        return true;
-    }
-    let least = spreads.iter().map(|s| s.spread.misfit).fold(f64::INFINITY, f64::min);
+    let Some(least) = spreads.iter().map(|s| s.spread.misfit).min_by(f64::total_cmp) else { return true };
     let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
     done.iter().filter(|r| r.missed == 0).all(|r| r.ln_bayes < most)
 }
