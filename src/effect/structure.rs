@@ -24,7 +24,7 @@ use crate::model::{Model, ParametricModel, dot, extent};
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
 pub use rigidity::Rigidity;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
 
 /// What is known beside the model; everything is optional.
@@ -144,6 +144,12 @@ pub struct Structure<'a> {
     theta: Vec<f64>,
     parts: Vec<Part>,
     spans: Vec<Part>,
+    /// Parts, and behind them spans, by name.
+    part_of: HashMap<String, usize>,
+    /// Ends by name.
+    end_of: HashMap<String, usize>,
+    /// Largest dimension, m.
+    extent: f64,
     /// Pairs of near nodes, which several effects list.
     pairs: OnceLock<Vec<Location>>,
     /// Ends of beams that lie inside something, which every patch of a rigid end asks for.
@@ -179,6 +185,9 @@ impl<'a> Structure<'a> {
             context,
             parts: Vec::new(),
             spans: Vec::new(),
+            part_of: HashMap::new(),
+            end_of: HashMap::new(),
+            extent: extent(&model.geometry().positions),
             pairs: OnceLock::new(),
             joint_ends: OnceLock::new(),
             forces: Default::default(),
@@ -203,6 +212,13 @@ impl<'a> Structure<'a> {
         s.pair_up(&mut spans);
         s.spans = spans;
         s.ends = s.list_ends();
+        // The first of a name is meant.
+        for (i, part) in s.parts.iter().chain(&s.spans).enumerate() {
+            s.part_of.entry(part.name.clone()).or_insert(i);
+        }
+        for (i, end) in s.ends.iter().enumerate() {
+            s.end_of.entry(s.end_name(end)).or_insert(i);
+        }
         s.omega2 = s.characteristic_omega2();
         s
     }
@@ -234,7 +250,16 @@ impl<'a> Structure<'a> {
 
     /// The part, or the span, of a name.
     pub fn part(&self, name: &str) -> Option<&Part> {
-        self.parts.iter().chain(&self.spans).find(|p| p.name == name)
+        let &i = self.part_of.get(name)?;
+        self.parts.get(i).or_else(|| self.spans.get(i - self.parts.len()))
+    }
+
+    /// The span of a name.
+    fn span(&self, name: &str) -> Option<&Part> {
+        match self.part_of.get(name)?.checked_sub(self.parts.len()) {
+            Some(i) => self.spans.get(i),
+            None => self.spans.iter().find(|s| s.name == name),
+        }
     }
 
     /// The same structure with other places for effects: spans for parts, ends that give about both axes of bending, nodes with all
@@ -269,7 +294,7 @@ impl<'a> Structure<'a> {
         }
         let elements_of = |name: &String| match at.direction() {
             BENDING => self.end(name).map(|end| vec![end.element]),
-            _ => self.spans.iter().find(|s| s.name == *name).map(|s| s.elements.clone()),
+            _ => self.span(name).map(|s| s.elements.clone()),
         };
         let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| self.elements_of(name).contains(&e)));
         let elements: Option<Vec<Vec<usize>>> = at.names.iter().map(elements_of).collect();
@@ -315,7 +340,7 @@ impl<'a> Structure<'a> {
 
     /// Largest dimension, m.
     pub fn extent(&self) -> f64 {
-        extent(&self.model.geometry().positions)
+        self.extent
     }
 
     /// Name of a node.
@@ -391,7 +416,7 @@ impl<'a> Structure<'a> {
 
     /// The end of a name `element:node`.
     pub(super) fn end(&self, name: &str) -> Option<&End> {
-        self.ends.iter().find(|e| self.end_name(e) == name)
+        self.end_of.get(name).map(|&i| &self.ends[i])
     }
 
     /// The parts that a location names.

@@ -97,6 +97,12 @@ impl Connection {
         Self { rows, b }
     }
 
+    /// Some rows themselves.
+    pub(super) fn unit(rows: Vec<usize>) -> Self {
+        let b = DMatrix::identity(rows.len(), rows.len());
+        Self { rows, b }
+    }
+
     /// Bᵀ a B on the rows of this element.
     fn reduce(&self, a: &SymMatrix) -> DMatrix<f64> {
         self.b.transpose() * a.to_dense() * &self.b
@@ -390,6 +396,23 @@ fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) 
             if value != 0.0 {
                 list.push(Entry { row, column, value });
             }
+        }
+    }
+}
+
+impl Basis {
+    /// Adds one element's matrices, their zeros too, so that the pattern is that of any θ; but for a damping that is zero.
+    pub(super) fn add(&mut self, connection: &Connection, matrices: &ElementMatrices) {
+        let damping = (!matrices.damping.is_zero()).then_some(&matrices.damping);
+        let of = [Some(&matrices.stiffness), Some(&matrices.mass), damping];
+        for (list, a) in [&mut self.stiffness, &mut self.mass, &mut self.damping].into_iter().zip(of) {
+            let Some(a) = a else { continue };
+            let reduced = connection.reduce(a);
+            let lower = (0..connection.rows.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            list.extend(lower.map(|(i, j)| {
+                let value = 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
+                Entry { row: connection.rows[i], column: connection.rows[j], value }
+            }));
         }
     }
 }

@@ -111,6 +111,7 @@ impl Additions {
         touched.dedup();
         let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
         let mut parts: Vec<Part> = Vec::new();
+        let (mut altered, mut brought) = (Vec::new(), Vec::new());
         for e in touched {
             let mut element = self.placed.elements[e].clone();
             for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
@@ -128,6 +129,7 @@ impl Additions {
             if element.matrices.is_some() {
                 // A change brings no superelement.
                 let before = before?;
+                altered.push((before, element.clone()));
                 parts.push(Part::Factored(Factored::new(element, before, self.on_rows(before)?)));
                 continue;
             }
@@ -135,10 +137,17 @@ impl Additions {
                 Some(e) => self.model.connection(e).clone(),
                 None => new.connection(&element)?,
             };
+            match before {
+                Some(e) => altered.push((e, element.clone())),
+                None => {
+                    let on_model = |&n: &usize| self.model.geometry().node(&self.placed.geometry.names[n]);
+                    brought.push((element.clone(), connection.clone(), element.nodes.iter().map(on_model).collect()));
+                }
+            }
             let ends = element.ends(&self.placed.geometry.positions);
             parts.push(Part::Element { connection, element: Box::new(element), before, ends });
         }
-        parts.extend(self.supports(&own, &alone)?);
+        parts.extend(self.supports(&own, &alone, &altered, &brought)?);
         let dof_of = |(&d, &coordinate): (&usize, &usize)| {
             (coordinate, (self.placed.geometry.positions[d / 6], Dof::ALL[d % 6]))
         };
@@ -149,11 +158,25 @@ impl Additions {
         change.without_idle_coordinates(typical)
     }
 
-    /// Supports that give with the change, as they are with and without it; nothing where it has none.
-    fn supports(&self, own: &[usize], alone: &dyn Fn(&Value) -> Value) -> Option<Vec<Part>> {
+    /// Supports that give with the change, as they are with and without it; nothing where it does not change what they do.
+    ///
+    /// * `altered`, `brought` - as for [`ElasticSupports::with`]
+    fn supports(
+        &self,
+        own: &[usize],
+        alone: &dyn Fn(&Value) -> Value,
+        altered: &[(usize, PlacedElement)],
+        brought: &[(PlacedElement, Connection, Vec<Option<usize>>)],
+    ) -> Option<Vec<Part>> {
+        let part =
+            |supports: &ElasticSupports, sign: f64| Part::Supports { supports: Arc::new(supports.clone()), sign };
+        let before = self.model.elastic_supports().map(|s| part(s, -1.0));
         let is_own = |c: &&Compliance| c.value.parameters().any(|p| own.contains(&p));
         if !self.placed.compliances.iter().any(|c| is_own(&c)) {
-            return Some(Vec::new());
+            let after = self.model.elastic_supports().and_then(|s| s.with(altered, brought));
+            return Some(
+                after.iter().map(|after| part(after, 1.0)).chain(before.filter(|_| after.is_some())).collect(),
+            );
         }
         let geometry = self.model.geometry();
         // Compliances of dofs that only other changes make give are zero.
@@ -175,9 +198,7 @@ impl Additions {
         let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
         let (elements, connections) = self.model.elements_and_connections();
         let after = ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
-        let part =
-            |supports: &ElasticSupports, sign: f64| Part::Supports { supports: Arc::new(supports.clone()), sign };
-        let before = self.model.elastic_supports().map(|s| part(s, -1.0));
+        let after = after.with(altered, brought).unwrap_or(after);
         Some([part(&after, 1.0)].into_iter().chain(before).collect())
     }
 }
@@ -270,6 +291,20 @@ impl Part {
 }
 
 impl Change {
+    /// Everything of a model that is no polynomial of its parameters, as if the change brought it.
+    pub(super) fn of_general(model: &Arc<Model>) -> Self {
+        let (elements, connections) = model.elements_and_connections();
+        let part = |e: usize| Part::Element {
+            connection: connections[e].clone(),
+            element: Box::new(elements[e].clone()),
+            before: None,
+            ends: elements[e].ends(&model.geometry().positions),
+        };
+        let supports = model.elastic_supports().map(|s| Part::Supports { supports: Arc::new(s.clone()), sign: 1.0 });
+        let parts = (0..elements.len()).filter(|&e| model.is_general(e)).map(part).chain(supports).collect();
+        Self { model: model.clone(), parts, new: Vec::new(), n_sizes: 0 }
+    }
+
     /// Number of its elements.
     pub fn len(&self) -> usize {
         self.parts.len()

@@ -1,5 +1,7 @@
 //! From a model file to a [`Model`].
 
+mod frozen;
+
 use super::assembly::{
     AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
@@ -47,6 +49,7 @@ pub struct Model {
     targets: Targets,
     mirror: Option<Vec<(usize, f64)>>,
     sites: Vec<usize>,
+    mesh_parts: Vec<String>,
     patches: Vec<String>,
     n_named: usize,
     /// See [`Model::first_straining_lambda`].
@@ -112,7 +115,8 @@ impl Model {
         elimination: &Elimination,
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
-        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, patches, n_named } = placed;
+        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named } =
+            placed;
         let dependences = of_each(&elements, |e| dependence(e, &parameters));
         let dependences = dependences.into_iter().collect::<Result<Vec<_>, _>>()?;
         let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
@@ -166,6 +170,7 @@ impl Model {
             targets,
             mirror,
             sites,
+            mesh_parts,
             patches,
             n_named,
             first_straining: OnceLock::new(),
@@ -202,9 +207,9 @@ impl Model {
         left_out_of_effects(&self.spec)
     }
 
-    /// Whether a node is one of the file, or one of a superelement at which effects are looked for.
+    /// Whether effects are looked for at a node: one of the file that is no inner one of a large mesh, or one of those chosen of a mesh or a superelement.
     pub(crate) fn is_site(&self, node: usize) -> bool {
-        node < self.spec.nodes.len() || self.sites.binary_search(&node).is_ok()
+        self.sites.binary_search(&node).is_ok()
     }
 
     /// The set of the mesh that consists of just these nodes.
@@ -223,6 +228,17 @@ impl Model {
         let all = mesh.into_iter().flat_map(|(spec, loaded)| loaded.mesh.sets.iter().map(move |s| (spec, &s.name)));
         all.filter(|(spec, name)| !spec.parts.contains_key(*name) && self.sets.contains_key(*name))
             .map(|(_, name)| name)
+    }
+
+    /// Names of the parts of a mesh: of one that was read, or groups of shells and solids where the file lists many.
+    pub(crate) fn mesh_parts(&self) -> &[String] {
+        &self.mesh_parts
+    }
+
+    /// Where the file has a part of a mesh.
+    pub(super) fn path_of_part(&self, name: &str) -> String {
+        let is_of_mesh = self.spec.mesh.as_ref().is_some_and(|m| m.parts.contains_key(name));
+        child(if is_of_mesh { "mesh.parts" } else { "groups" }, name)
     }
 
     /// Names of the patches into which parts of a mesh are cut for effects.
@@ -296,15 +312,18 @@ impl Model {
         for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
             rigid.add_scaled(factor, mass);
         }
-        for &e in &self.general {
-            let element = &self.elements[e];
-            if element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
-                continue;
-            }
-            let at = element.ends(&self.geometry.positions);
-            add_rigid_mass(&mut rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
-        }
+        self.general.iter().try_for_each(|&e| self.add_rigid_mass_of(e, theta, &mut rigid))?;
         Ok(rigid)
+    }
+
+    /// Adds what one element has of it.
+    fn add_rigid_mass_of(&self, element: usize, theta: &[f64], rigid: &mut SymMatrix) -> Result<(), ModelError> {
+        let element = &self.elements[element];
+        if !element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
+            let at = element.ends(&self.geometry.positions);
+            add_rigid_mass(rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
+        }
+        Ok(())
     }
 
     fn is_polynomial(&self) -> bool {

@@ -26,6 +26,10 @@ pub(super) struct ElasticSupports {
     compliances: Vec<Value>,
     /// Elements that s moves, with their motion u_e = B_s s, (6 nodes) x (n_s), in their axes.
     elements: Vec<(usize, DMatrix<f64>)>,
+    /// Those of them, and superelements, that a change has made others, by index.
+    altered: Vec<(usize, PlacedElement)>,
+    /// What a change brings where s moves, with its connection and its motion with s.
+    brought: Vec<(PlacedElement, Connection, DMatrix<f64>)>,
     /// Superelements that s moves.
     bodies: Vec<Body>,
     /// Per dof of every node, its part of s.
@@ -75,8 +79,50 @@ impl ElasticSupports {
         let mut parameters: Vec<usize> = compliances.iter().chain(of_elements).flat_map(Value::parameters).collect();
         parameters.sort_unstable();
         parameters.dedup();
-        let b = DMatrix::identity(rows.len(), rows.len());
-        Some(Self { compliances, elements: moved, bodies, nodes, connection: Connection { rows, b }, parameters })
+        let (altered, brought) = (Vec::new(), Vec::new());
+        let connection = Connection::unit(rows);
+        Some(Self { compliances, elements: moved, altered, brought, bodies, nodes, connection, parameters })
+    }
+
+    /// The same supports where a change makes elements others, or brings some; `None` where it does so only elsewhere.
+    ///
+    /// * `altered` - by index, as they are then
+    /// * `brought` - with its connection, and for each of its nodes that of the model
+    pub(super) fn with(
+        &self,
+        altered: &[(usize, PlacedElement)],
+        brought: &[(PlacedElement, Connection, Vec<Option<usize>>)],
+    ) -> Option<Self> {
+        let is_moved = |e: usize| self.moves(e) || self.bodies.iter().any(|b| b.element == e);
+        let altered: Vec<_> = altered.iter().filter(|(e, _)| is_moved(*e)).cloned().collect();
+        let of = |(element, connection, nodes): &(PlacedElement, Connection, Vec<Option<usize>>)| {
+            let own = |node: usize| nodes[element.nodes.iter().position(|n| *n == node)?];
+            let terms = |node: usize, dof: Dof| match own(node) {
+                Some(n) => &self.nodes[6 * n + dof as usize][..],
+                None => &[],
+            };
+            let b = motion_in_axes(element, self.compliances.len(), terms, |s| s);
+            (b.amax() > 0.0).then(|| (element.clone(), connection.clone(), b))
+        };
+        let brought: Vec<_> = brought.iter().filter_map(of).collect();
+        if altered.is_empty() && brought.is_empty() {
+            return None;
+        }
+        let mut rows = self.connection.rows.clone();
+        rows.extend(brought.iter().flat_map(|(_, connection, _)| &connection.rows));
+        rows.sort_unstable();
+        rows.dedup();
+        let elements = altered.iter().map(|a| &a.1).chain(brought.iter().map(|b| &b.0));
+        let mut parameters = self.parameters.clone();
+        parameters.extend(elements.flat_map(PlacedElement::expressions).flat_map(Value::parameters));
+        parameters.sort_unstable();
+        parameters.dedup();
+        Some(Self { altered, brought, connection: Connection::unit(rows), parameters, ..self.clone() })
+    }
+
+    /// An element as it is here.
+    fn element<'a>(&'a self, e: usize, elements: &'a [PlacedElement]) -> &'a PlacedElement {
+        self.altered.iter().find(|a| a.0 == e).map_or(&elements[e], |a| &a.1)
     }
 
     /// How their matrices lie in the rows.
@@ -132,8 +178,9 @@ impl ElasticSupports {
         };
         let blocks = |s: f64| self.blocks(elements, connections, &at(s));
         let now = blocks(0.0)?;
-        let mut all = self.elements.iter().map(|m| m.0).chain(self.bodies.iter().map(|b| b.element));
-        let slopes = if all.any(|e| elements[e].depends_on(j)) {
+        let of_model = self.elements.iter().map(|m| m.0).chain(self.bodies.iter().map(|b| b.element));
+        let mut all = of_model.map(|e| self.element(e, elements)).chain(self.brought.iter().map(|b| &b.0));
+        let slopes = if all.any(|e| e.depends_on(j)) {
             central_difference(blocks, step, |a, b, width| {
                 std::array::from_fn(|i| Block {
                     own: (&a[i].own - &b[i].own) / width,
@@ -237,9 +284,10 @@ impl ElasticSupports {
         theta: &[f64],
     ) -> Result<[Block; 3], ModelError> {
         let mut blocks = [(); 3].map(|()| self.no_block());
-        for (e, b_s) in &self.elements {
-            let matrices = element_matrices(&elements[*e], theta)?;
-            let Connection { rows, b } = &connections[*e];
+        let of_model = self.elements.iter().map(|(e, b_s)| (self.element(*e, elements), &connections[*e], b_s));
+        let brought = self.brought.iter().map(|(element, connection, b_s)| (element, connection, b_s));
+        for (element, Connection { rows, b }, b_s) in of_model.chain(brought) {
+            let matrices = element_matrices(element, theta)?;
             for (block, matrix) in blocks.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
                 if matrix.is_zero() {
                     continue;
@@ -254,7 +302,7 @@ impl ElasticSupports {
             }
         }
         for body in &self.bodies {
-            body.add(&elements[body.element], theta, &self.connection.rows, &mut blocks);
+            body.add(self.element(body.element, elements), theta, &self.connection.rows, &mut blocks);
         }
         Ok(blocks)
     }

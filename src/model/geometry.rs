@@ -179,7 +179,7 @@ pub(crate) fn extent(positions: &[Vector]) -> f64 {
 
 /// Points in cells, to find those near a place.
 #[derive(Debug)]
-pub(super) struct Near<'a> {
+pub(crate) struct Near<'a> {
     points: &'a [Vector],
     width: f64,
     cells: HashMap<[i64; 3], Vec<usize>>,
@@ -187,7 +187,7 @@ pub(super) struct Near<'a> {
 
 impl<'a> Near<'a> {
     /// * `distance` - about how far will be looked
-    pub(super) fn new(points: &'a [Vector], distance: f64) -> Self {
+    pub(crate) fn new(points: &'a [Vector], distance: f64) -> Self {
         let width = if distance > 0.0 { 8.0 * distance } else { 1.0 };
         let mut near = Self { points, width, cells: HashMap::new() };
         for (i, &p) in points.iter().enumerate() {
@@ -201,7 +201,7 @@ impl<'a> Near<'a> {
     }
 
     /// The points whose coordinates are all within a distance of a place, by index.
-    pub(super) fn within(&self, place: Vector, distance: f64) -> Vec<usize> {
+    pub(crate) fn within(&self, place: Vector, distance: f64) -> Vec<usize> {
         let (low, high) = (self.cell(place.map(|c| c - distance)), self.cell(place.map(|c| c + distance)));
         let mut found = Vec::new();
         for x in low[0]..=high[0] {

@@ -85,7 +85,7 @@ pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
 pub use entry::Entry;
 pub use export::{ExportError, ExportReduction, MatrixExport, export_matrices};
-pub(crate) use geometry::{AXES, GLOBAL, Vector, cross, dot, extent, images, minus, plus, spread, unit};
+pub(crate) use geometry::{AXES, GLOBAL, Near, Vector, cross, dot, extent, images, minus, plus, spread, unit};
 pub use geometry::{Frame, Geometry};
 pub(crate) use inside::stretch_name;
 pub(crate) use joined::Joined;

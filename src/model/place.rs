@@ -42,8 +42,10 @@ pub(super) struct Placed {
     pub(super) compliances: Vec<Compliance>,
     /// Sums of dofs of nodes, 6 node + dof, that are zero because superelements and ties say so.
     pub(super) rows: Vec<Vec<(usize, f64)>>,
-    /// Nodes of superelements at which effects are looked for.
+    /// Nodes at which effects are looked for: those of the file, and some of a mesh and of superelements.
     pub(super) sites: Vec<usize>,
+    /// Names of the parts of a mesh: of one that was read, or groups of shells and solids of the file.
+    pub(super) mesh_parts: Vec<String>,
     /// Names of the patches of parts of a mesh.
     pub(super) patches: Vec<String>,
     /// Number of nodes that have names: those of the file and of superelements.
@@ -66,6 +68,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
         compliances: Vec::new(),
         rows: Vec::new(),
         sites: Vec::new(),
+        mesh_parts: Vec::new(),
         patches: Vec::new(),
         problems,
     };
@@ -79,14 +82,16 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.masses();
     placer.others();
     placer.groups();
+    placer.listed_mesh();
     placer.ties();
     placer.overrides();
     placer.supports();
-    let Placer { geometry, elements, sets, compliances, rows, sites, patches, .. } = placer;
+    let Placer { geometry, elements, sets, compliances, rows, sites, mesh_parts, patches, .. } = placer;
     let mut sites = sites;
     sites.sort_unstable();
+    sites.dedup();
     axes::check(&elements, &parameters, problems);
-    Placed { geometry, parameters, elements, sets, compliances, rows, sites, patches, n_named }
+    Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named }
 }
 
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
@@ -105,6 +110,7 @@ struct Placer<'a> {
     compliances: Vec<Compliance>,
     rows: Vec<Vec<(usize, f64)>>,
     sites: Vec<usize>,
+    mesh_parts: Vec<String>,
     patches: Vec<String>,
     problems: &'a mut Vec<Problem>,
 }

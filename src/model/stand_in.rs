@@ -74,6 +74,8 @@ struct Placed {
     /// Scales of its new coordinates, and where those begin among all new ones.
     scales: Vec<f64>,
     first_new: usize,
+    /// Whether the model has it itself: all of it that is no polynomial.
+    is_of_model: bool,
 }
 
 /// An element of a change whose matrices are no polynomials, on the coordinates.
@@ -108,7 +110,7 @@ impl StandIn {
     /// * `held` - values of parameters, by name, near which it is to be right; it is for all values of the others
     ///
     /// # Errors
-    /// [`ModelError::NotPolynomial`]; those of a solution of the model.
+    /// Those of a solution of the model.
     pub fn reduced(
         model: &Arc<Model>,
         options: ReducedOptions,
@@ -116,9 +118,13 @@ impl StandIn {
         held: &[(String, f64)],
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
-        let reduced = ReducedModel::near(&**model, options, known.as_ref(), held)?;
-        let affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
-        let full = model.affine().ok_or(ModelError::NotPolynomial)?;
+        // What is no polynomial is frozen for the basis, and stands beside it as a change.
+        let is_polynomial = model.affine().is_some();
+        let frozen = if is_polynomial { None } else { Some(model.frozen_at(&interior_point(model.parameters()))?) };
+        let solved = frozen.as_ref().unwrap_or(model);
+        let reduced = ReducedModel::near(solved, options, known.as_ref(), held)?;
+        let mut affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
+        let full = solved.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();
         let matrix = |list: &[Entry]| {
             let entries = list.iter().map(|e| (e.row, e.column, e.value));
@@ -126,7 +132,12 @@ impl StandIn {
         };
         let term =
             |b: &Basis| Term { stiffness: matrix(&b.stiffness), mass: matrix(&b.mass), damping: matrix(&b.damping) };
-        let terms: Vec<Term> = full.bases().map(term).collect();
+        let mut terms: Vec<Term> = full.bases().map(term).collect();
+        let is_damped = terms.iter().any(|t| t.damping.is_some());
+        if !is_polynomial {
+            terms.pop();
+            affine.products.pop();
+        }
         let shift = reduced.shift();
         let mut basis = reduced.basis().clone();
         let (n_rigid, motions, rigid_parts) = rigid(model, &basis, &reduced.dof_map().rigid_motions());
@@ -137,7 +148,7 @@ impl StandIn {
         let common = Common {
             model: model.clone(),
             basis,
-            is_damped: terms.iter().any(|t| t.damping.is_some()),
+            is_damped,
             terms,
             affine: affine.clone(),
             factor: reduced.factor().clone(),
@@ -146,7 +157,7 @@ impl StandIn {
             rigid_parts,
             motions,
         };
-        Ok(Self {
+        let bare = Self {
             common: Arc::new(common),
             parameters: model.parameters().clone(),
             changes: Vec::new(),
@@ -155,7 +166,13 @@ impl StandIn {
             affine,
             general: Vec::new(),
             dofs,
-        })
+        };
+        if is_polynomial {
+            return Ok(bare);
+        }
+        let mut whole = bare.with(&Arc::new(Change::of_general(model)), &[], &[])?;
+        whole.changes.iter_mut().for_each(|placed| placed.is_of_model = true);
+        Ok(whole)
     }
 
     /// The model that it stands for, without the changes.
@@ -234,7 +251,13 @@ impl StandIn {
         out.extra = Arc::new(extra);
         out.n_new = self.n_new + change.n_new();
         let first_size = self.parameters.len() - self.common.model.parameters().len();
-        out.changes.push(Placed { change: change.clone(), first_size, scales, first_new: self.n_new });
+        out.changes.push(Placed {
+            change: change.clone(),
+            first_size,
+            scales,
+            first_new: self.n_new,
+            is_of_model: false,
+        });
         let mut rigid = DMatrix::zeros(size, 6);
         rigid.rows_mut(0, m).copy_from(&self.common.motions);
         out.dofs = DofMap::of_coordinates(size, &rigid);
@@ -520,7 +543,7 @@ impl ParametricModel for StandIn {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
         let mut rigid = self.common.model.rigid_mass(own)?;
-        for placed in &self.changes {
+        for placed in self.changes.iter().filter(|placed| !placed.is_of_model) {
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
             placed.change.add_rigid_mass(&mut rigid, own, sizes)?;
         }

@@ -263,8 +263,8 @@ impl Scene {
     /// * `sizes` - values of parameters near which they are to be right
     fn with_stand_ins(mut self, before: &[Case], sizes: &[(String, f64)]) -> Result<Self, DiagnosisError> {
         let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
-        // Compliances as parameters cannot be projected, and a stand-in is made for modes: such a model is solved itself while that can be done.
-        let asks_for_itself = |c: &Case| c.model.affine().is_none() || c.test.has_more_than_modes();
+        // A stand-in is made for modes: with other data the model is solved itself while that can be done.
+        let asks_for_itself = |c: &Case| c.test.has_more_than_modes();
         if largest <= self.large || largest <= MOST_DENSE_DOFS && self.cases.iter().any(asks_for_itself) {
             return Ok(self);
         }

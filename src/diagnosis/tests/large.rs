@@ -13,7 +13,7 @@ use crate::model::{ModalSolver, System, export_matrices, load_in};
 use crate::update::node_sensors;
 use std::collections::BTreeMap;
 
-/// Models whose matrices are polynomials of their parameters, with members, bodies, links and supports.
+/// Models whose matrices are polynomials of their parameters, with members, bodies, links and supports; that of [`of_joints`] are none.
 const MODELS: [(&str, &str); 3] = [
     ("aeroplane", include_str!("../../../models/garteur.yaml")),
     ("frame", include_str!("../../../models/frame.yaml")),
@@ -41,12 +41,35 @@ fn of_matrices(supports: &str) -> Model {
     load_in(&text, None, &Registry::builtin(), &mut read).unwrap_or_else(|p| panic!("{}", p[0])).0
 }
 
+/// A bent arm whose elbow and whose foot give, by compliances that are parameters: no polynomials.
+fn of_joints() -> Model {
+    let text = "retune: 1
+name: arm with joints
+parameters:
+  E: {value: 205 GPa, bounds: [180 GPa, 230 GPa]}
+  c_elbow: {value: 2e-4 rad/(N m), bounds: [0 rad/(N m), 1e-3 rad/(N m)]}
+  c_foot: {value: 1e-6 m/N, bounds: [0 m/N, 1e-5 m/N]}
+nodes: {n0: [0, 0, 0], n1: [0, 0, 0.4], n2: [0, 0, 0.8], n3: [0.5, 0, 0.8], n4: [1, 0.1, 0.8], brace: [0.4, 0, 0]}
+sections: {strip: {E: E, nu: 0.3, density: 7850 kg/m3, shape: {rectangle: {width: 40 mm, height: 12 mm}}}}
+beams:
+  mast: {chain: [n0, n1, n2], section: strip}
+  arm: {nodes: [n2, n3], section: strip, properties: {end1_compliance_ry: c_elbow}}
+  tip: {nodes: [n3, n4], section: strip}
+  stay: {nodes: [n1, brace], section: strip}
+supports:
+  clamp: {node: n0, compliance: {ux: c_foot}}
+  pin: {node: brace, fixed: [ux, uy, uz]}
+";
+    model(text)
+}
+
 /// All models to try, and whether they are free.
 fn models() -> Vec<(&'static str, Model, bool)> {
     let of_beams = MODELS.map(|(name, text)| (name, model(text), name == "aeroplane"));
+    let of_beams = of_beams.into_iter().chain([("arm", of_joints(), false)]);
     let clamped = of_matrices("supports: {ground: {node: foot}}\n");
     let of_matrices = [("mast", clamped, false), ("free mast", of_matrices(""), true)];
-    of_beams.into_iter().chain(of_matrices).collect()
+    of_beams.chain(of_matrices).collect()
 }
 
 fn placed(model: &Model) -> Vec<Candidate> {
@@ -157,6 +180,22 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
             }
         }
         assert!(wrong.is_empty(), "{name}: {wrong:#?}");
+    }
+}
+
+/// What is no polynomial of the parameters stands on the basis by itself: the frequencies are right wherever its compliances lie.
+#[test]
+fn a_stand_in_follows_compliances() {
+    let model = of_joints();
+    let base = scene(&model);
+    for theta in [[205e9, 2e-4, 1e-6], [185e9, 0.0, 0.0], [225e9, 1e-3, 0.0], [200e9, 0.0, 1e-5], [215e9, 9e-4, 9e-6]] {
+        let frequencies = |m: &dyn ParametricModel| -> Vec<f64> {
+            let (_, modes) = ModalSolver::new(m, &theta, 8).unwrap().solve(m, &theta, 8).unwrap();
+            modes.elastic().map(|i| modes.frequency_hz(i)).take(6).collect()
+        };
+        for (own, full) in frequencies(base.solved()).iter().zip(frequencies(&model)) {
+            assert!((own / full - 1.0).abs() < 1e-4, "{theta:?}: {own} for {full}");
+        }
     }
 }
 

@@ -22,12 +22,14 @@ type Edges = BTreeMap<[usize; 2], Vec<usize>>;
 impl Structure<'_> {
     /// Cuts of every part of a mesh, from each of its free edges and through to the opposite one, in several lengths; `e18..e20` by their ends.
     pub(super) fn list_cuts(&self) -> Vec<Part> {
-        let Some(mesh) = &self.model.spec().mesh else { return Vec::new() };
+        if self.model.mesh_parts().is_empty() {
+            return Vec::new();
+        }
         let edges = self.edges_of_shells();
         let mut cuts: Vec<Part> = Vec::new();
         let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
         let mut names = BTreeSet::new();
-        for name in mesh.parts.keys() {
+        for name in self.model.mesh_parts() {
             let own: BTreeSet<usize> = self.model.element_set(name).into_iter().flatten().copied().collect();
             let free: Vec<([usize; 2], usize)> = edges
                 .iter()

@@ -5,6 +5,7 @@ use super::places::arrange;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use crate::model::dot;
+use std::collections::HashMap;
 
 /// Cosine of the angle between two members above which one goes on where the other ends.
 const STRAIGHT: f64 = 0.999;
@@ -28,7 +29,7 @@ impl Structure<'_> {
 
     fn list_joint_ends(&self) -> Vec<JointEnd> {
         let elements = self.model.elements();
-        let at = self.elements_at_nodes();
+        let (at, linked) = (self.elements_at_nodes(), self.linked());
         let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
         for (p, part) in self.parts.iter().enumerate().filter(|(_, p)| p.is_member) {
             part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
@@ -46,7 +47,8 @@ impl Structure<'_> {
                 let is_body = |j: usize| !self.is_beam(j) && (self.stiff[j] || self.heavy[j]);
                 let turns = |dof: Dof| self.moves[i][6 * k + dof as usize];
                 let is_held = !turns(Dof::Ry) && !turns(Dof::Rz);
-                let ends_in_body = || !others().any(|j| goes_on(&j)) && (self.is_linked(node) || others().any(is_body));
+                let ends_in_body =
+                    || !others().any(|j| goes_on(&j)) && (linked.contains(&node) || others().any(is_body));
                 if is_held || others().any(|j| crosses(&j)) || ends_in_body() {
                     ends.push(JointEnd { element: i, side: k + 1, node });
                 }
@@ -66,9 +68,11 @@ impl Structure<'_> {
             return Vec::new();
         }
         let ends = self.joint_ends();
+        let at: HashMap<(usize, usize), usize> =
+            ends.iter().enumerate().rev().map(|(i, end)| ((end.element, end.node), i)).collect();
         let partner = |i: usize| {
             let (element, node) = (self.element_partner[ends[i].element]?, self.node_partner[ends[i].node]?);
-            ends.iter().position(|e| (e.element, e.node) == (element, node)).filter(|&j| j != i)
+            at.get(&(element, node)).copied().filter(|&j| j != i)
         };
         let name = |i: usize| self.joint_end_name(&ends[i]);
         let places = arrange(0..ends.len(), partner).into_iter();

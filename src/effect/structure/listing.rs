@@ -1,7 +1,7 @@
 //! The lists of a structure: mirror images, named parts, ends of members.
 
 use super::{End, Joint, Part, PartKind, Structure};
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 impl Structure<'_> {
     pub(super) fn list_parts(&self) -> Vec<Part> {
@@ -50,10 +50,8 @@ impl Structure<'_> {
                 push(&format!("{name}.{term}"), PartKind::Element, false);
             }
         }
-        if let Some(mesh) = &spec.mesh {
-            mesh.parts.keys().for_each(|name| push(name, PartKind::Group, false));
-            self.model.mesh_sets().chain(self.model.patches()).for_each(|name| push(name, PartKind::Group, false));
-        }
+        let of_mesh = self.model.mesh_parts().iter().chain(self.model.mesh_sets()).chain(self.model.patches());
+        of_mesh.for_each(|name| push(name, PartKind::Group, false));
         spec.groups.keys().for_each(|name| push(name, PartKind::Group, true));
         // A group of the same elements as a part before it is the same place; so is a line that has a name.
         parts.extend(self.list_lines());
@@ -100,6 +98,7 @@ impl Structure<'_> {
     pub(super) fn list_ends(&self) -> Vec<End> {
         let elements = self.model.elements();
         let at = self.elements_at_nodes();
+        let linked = self.linked();
         let mut ends = Vec::new();
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
             for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| self.model.can_be_a_joint(**n)) {
@@ -109,7 +108,7 @@ impl Structure<'_> {
                 let meets = members().count() > 2 || (members().count() == 2 && first);
                 let carries = members().count() == 1
                     && at[node].iter().any(|&j| j != i && !self.is_beam(j) && (self.heavy[j] || self.stiff[j]));
-                let is_linked = self.is_linked(node);
+                let is_linked = linked.contains(&node);
                 let joint = std::array::from_fn(|d| {
                     if !self.strains[i][6 * k + d] {
                         None
@@ -126,13 +125,15 @@ impl Structure<'_> {
                 }
             }
         }
+        let at: HashMap<(usize, usize), usize> =
+            ends.iter().enumerate().rev().map(|(i, end)| ((end.element, end.node), i)).collect();
         let partners: Vec<Option<usize>> = ends
             .iter()
             .enumerate()
             .map(|(i, end)| {
                 let (element, node) = (self.element_partner[end.element]?, self.node_partner[end.node]?);
                 let same_axes = (0..3).all(|a| self.mirror_sign(end.element, element, a) != 0.0);
-                let j = ends.iter().position(|o| o.element == element && o.node == node)?;
+                let &j = at.get(&(element, node))?;
                 (j != i && same_axes).then_some(j)
             })
             .collect();
@@ -140,10 +141,11 @@ impl Structure<'_> {
         ends
     }
 
-    /// Whether a node is in a rigid link.
-    pub(super) fn is_linked(&self, node: usize) -> bool {
-        let name = self.node_name(node);
-        self.model.spec().rigid_links.values().any(|l| l.master == name || l.slaves.iter().any(|s| s == name))
+    /// The nodes in rigid links.
+    pub(super) fn linked(&self) -> HashSet<usize> {
+        let links = self.model.spec().rigid_links.values();
+        let nodes = links.flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
+        nodes.filter_map(|name| self.model.geometry().node(name)).collect()
     }
 
     /// Per node, the elements that are joined to it.

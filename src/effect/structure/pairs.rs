@@ -8,9 +8,8 @@ use super::places::arrange;
 use crate::effect::edit::PatchError;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
-use crate::model::{ParametricModel, dot, minus, unit};
+use crate::model::{Near, ParametricModel, Vector, dot, minus, unit};
 use std::collections::{BTreeMap, BinaryHeap};
-use std::ops::RangeInclusive;
 
 /// How much longer than the line the way through the structure is, at least: 1.34 across a bay of two squares, 1.08 across two elements of a plate.
 const DETOUR: f64 = 1.25;
@@ -122,33 +121,45 @@ impl Structure<'_> {
         let extent = self.extent();
         let mut ways = self.ways();
         // Where parts face each other, what is behind the face is as near as the face: ways cross the gaps.
-        let gaps = self.pairs_within(&sites, &ways, 0.0..=GAP * extent, moves);
+        let gaps = self.pairs_within(&sites, &ways, [0.0, GAP * extent], moves);
         for (&[a, b], &d) in &gaps {
             ways[a].push((b, d));
             ways[b].push((a, d));
         }
-        let mut found = self.pairs_within(&sites, &ways, GAP * extent..=f64::INFINITY, moves);
-        found.extend(gaps);
-        found.into_iter().collect()
+        // The nearest are wanted: farther and farther, until there are enough.
+        let mut reach = 2.0 * GAP * extent;
+        loop {
+            let mut found = self.pairs_within(&sites, &ways, [GAP * extent, reach], moves);
+            if gaps.len() + found.len() >= MOST_PAIRS || reach > 2.0 * extent {
+                found.extend(gaps);
+                return found.into_iter().collect();
+            }
+            reach *= 2.0;
+        }
     }
 
-    /// Pairs of a range of distances.
+    /// Pairs from one distance to another.
     fn pairs_within(
         &self,
         sites: &[usize],
         ways: &[Vec<(usize, f64)>],
-        range: RangeInclusive<f64>,
+        [least, most]: [f64; 2],
         moves: impl Fn(usize) -> bool,
     ) -> BTreeMap<[usize; 2], f64> {
+        let positions: Vec<Vector> = sites.iter().map(|&n| self.model.geometry().positions[n]).collect();
+        let grid = Near::new(&positions, most);
+        let coincident = COINCIDENT * self.extent();
+        let mut walk = Walk::new(ways);
         let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-        for &a in sites.iter().filter(|&&a| moves(a)) {
-            let others = sites.iter().filter(|&&b| b != a).map(|&b| (self.distance(a, b), b));
-            let mut near: Vec<(f64, usize)> = others.filter(|(d, _)| range.contains(d)).collect();
+        for (place, &a) in sites.iter().enumerate().filter(|(_, a)| moves(**a)) {
+            let others = grid.within(positions[place], most).into_iter().map(|i| sites[i]).filter(|&b| b != a);
+            let mut near: Vec<(f64, usize)> =
+                others.map(|b| (self.distance(a, b), b)).filter(|(d, _)| (least..=most).contains(d)).collect();
             near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
             let Some(&(farthest, _)) = near.last() else { continue };
-            let reached = within(ways, a, DETOUR * farthest);
+            let reached = walk.from(a, DETOUR * farthest);
             let is_detour = |(d, b): &&(f64, usize)| reached[*b] > DETOUR * d;
-            let acts = |(_, b): &&(f64, usize)| !self.same_body(a, *b) && self.is_strained(a, *b);
+            let acts = |(_, b): &&(f64, usize)| !self.same_body(a, *b) && self.is_strained(a, *b, coincident);
             for &(d, b) in near.iter().filter(is_detour).filter(acts).take(PER_NODE) {
                 found.insert([a.min(b), a.max(b)], d);
             }
@@ -157,7 +168,9 @@ impl Structure<'_> {
     }
 
     /// Whether some motion of the structure strains a spring between two nodes.
-    fn is_strained(&self, a: usize, b: usize) -> bool {
+    ///
+    /// * `coincident` - nodes nearer than this are at one place
+    fn is_strained(&self, a: usize, b: usize, coincident: f64) -> bool {
         let positions = &self.model.geometry().positions;
         let along = minus(positions[b], positions[a]);
         let dofs = [Dof::Ux, Dof::Uy, Dof::Uz];
@@ -173,7 +186,7 @@ impl Structure<'_> {
             rows.values().any(|v| v.abs() > 1e-9)
         };
         match unit(along) {
-            Some(axis) if dot(along, along).sqrt() > COINCIDENT * self.extent() => relative(axis),
+            Some(axis) if dot(along, along).sqrt() > coincident => relative(axis),
             _ => (0..3).any(|i| relative(std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))),
         }
     }
@@ -221,24 +234,42 @@ impl Structure<'_> {
     }
 }
 
-/// Length of the shortest way from a node to each that is nearer than a bound, infinite to the others.
-fn within(ways: &[Vec<(usize, f64)>], from: usize, bound: f64) -> Vec<f64> {
-    let mut best = vec![f64::INFINITY; ways.len()];
-    best[from] = 0.0;
-    let mut open = BinaryHeap::from([Reached(0.0, from)]);
-    while let Some(Reached(way, node)) = open.pop() {
-        if best[node] < way {
-            continue;
-        }
-        for &(next, length) in &ways[node] {
-            let total = way + length;
-            if total <= bound && total < best[next] {
-                best[next] = total;
-                open.push(Reached(total, next));
+/// Lengths of the shortest ways from one node after the other.
+struct Walk<'a> {
+    ways: &'a [Vec<(usize, f64)>],
+    best: Vec<f64>,
+    reached: Vec<usize>,
+}
+
+impl<'a> Walk<'a> {
+    fn new(ways: &'a [Vec<(usize, f64)>]) -> Self {
+        Self { ways, best: vec![f64::INFINITY; ways.len()], reached: Vec::new() }
+    }
+
+    /// From a node to each that is nearer than a bound; infinite to the others.
+    fn from(&mut self, from: usize, bound: f64) -> &[f64] {
+        let Self { ways, best, reached } = self;
+        reached.drain(..).for_each(|node| best[node] = f64::INFINITY);
+        best[from] = 0.0;
+        reached.push(from);
+        let mut open = BinaryHeap::from([Reached(0.0, from)]);
+        while let Some(Reached(way, node)) = open.pop() {
+            if best[node] < way {
+                continue;
+            }
+            for &(next, length) in &ways[node] {
+                let total = way + length;
+                if total <= bound && total < best[next] {
+                    if best[next].is_infinite() {
+                        reached.push(next);
+                    }
+                    best[next] = total;
+                    open.push(Reached(total, next));
+                }
             }
         }
+        best
     }
-    best
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ impl Structure<'_> {
     /// Supports of several nodes of a mesh, in each direction that they hold and in which others move.
     pub(in crate::effect) fn supports_of_edges(&self) -> Vec<Location> {
         let spec = self.model.spec();
-        if spec.mesh.is_none() || self.is_wider {
+        if self.model.mesh_parts().is_empty() || self.is_wider {
             return Vec::new();
         }
         let mut all = Vec::new();

@@ -5,7 +5,7 @@ use crate::catalogue::counted;
 use crate::model::compile::Model;
 use crate::model::geometry::{Near, Vector, dot, minus};
 use crate::model::placed_element::PlacedElement;
-use crate::yaml::{Problem, child};
+use crate::yaml::Problem;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A hole of so few edges, one of each element around it, is as large as an element.
@@ -50,8 +50,10 @@ struct Free {
 /// * `unjoined` - pairs of nodes that stand at one place and are not joined
 pub(super) fn boundary(model: &Model, unjoined: &[[usize; 2]]) -> Boundary {
     let mut out = Boundary { free: Vec::new(), problems: Vec::new(), told: BTreeSet::new() };
-    let Some(spec) = &model.spec().mesh else { return out };
-    let parts: Vec<&String> = spec.parts.keys().collect();
+    let parts: Vec<&String> = model.mesh_parts().iter().collect();
+    if parts.is_empty() {
+        return out;
+    }
     let free = free_edges(model, &parts);
     let tied: BTreeSet<usize> =
         model.spec().ties.values().flat_map(|t| &t.nodes).filter_map(|n| model.geometry().node(n)).collect();
@@ -141,7 +143,7 @@ fn holes(model: &Model, part: &str, own: &[&Free], n_elements: usize) -> Option<
     let first = holes.first()?.first()?;
     let names = &model.geometry().names;
     Some(Problem::warning(
-        child("mesh.parts", part),
+        model.path_of_part(part),
         format_args!(
             "it has {} no larger than an element, between `{}` and `{}` first: is an element missing from its set?",
             counted(holes.len(), "hole"),
@@ -167,7 +169,7 @@ fn doubled(model: &Model, part: &str, elements: &[usize]) -> Option<Problem> {
     let [first, second] = twice.first()?.map(|e| &model.elements()[e].name);
     let stand = if twice.len() == 1 { "stands" } else { "stand" };
     Some(Problem::warning(
-        child("mesh.parts", part),
+        model.path_of_part(part),
         format_args!(
             "{} of it {stand} on the nodes of another one, `{second}` on those of `{first}` first: what stands there counts twice",
             counted(twice.len(), "element")
@@ -189,7 +191,7 @@ fn tell(model: &Model, parts: &[&String], found: &Coincident, what: &str, out: &
         let other = if first == second { "others of it".into() } else { format!("those of `{}`", parts[*second]) };
         let lie = if *count == 1 { "lies" } else { "lie" };
         out.problems.push(Problem::warning(
-            child("mesh.parts", parts[*first]),
+            model.path_of_part(parts[*first]),
             format_args!(
                 "{} {lie} on {other}, of `{e}` and `{f}` first, and their nodes are not joined: merge the nodes in the mesher, or tie one side to the other by `ties`",
                 counted(*count, what)
@@ -298,7 +300,7 @@ fn beside(model: &Model, parts: &[&String], free: &[Free], tied: &BTreeSet<usize
         let name = standing.first().map_or("", |&n| &model.geometry().names[n]);
         let stand = if standing.len() == 1 { "stands" } else { "stand" };
         Problem::warning(
-            child("mesh.parts", parts[*first]),
+            model.path_of_part(parts[*first]),
             format_args!(
                 "{} of its free edges, `{name}` first, {stand} on free edges of `{}` between the nodes of these, and nothing joins them: mesh both sides alike, or tie these nodes by `ties`",
                 counted(standing.len(), "node"),

@@ -57,11 +57,13 @@ impl Doubt {
 
 /// What is doubtful in the mesh of a model; nothing where it has none.
 pub(super) fn mesh(model: &Model) -> Vec<Problem> {
-    let Some(spec) = &model.spec().mesh else { return Vec::new() };
     let mut out = Vec::new();
-    for name in spec.parts.keys() {
+    if model.mesh_parts().is_empty() {
+        return out;
+    }
+    for name in model.mesh_parts() {
         let elements = model.element_set(name).unwrap_or_default();
-        let path = child("mesh.parts", name);
+        let path = model.path_of_part(name);
         out.extend(shapes(model, elements, &path));
         out.extend(thickness(model, elements, &path));
         out.extend(normals(model, elements, &path));
@@ -288,8 +290,8 @@ pub(super) fn coarse(model: &Model, modes: &Modes, errors: &[MeshError]) -> Opti
     if worst.relative.abs() < COARSE {
         return None;
     }
-    let has_part = model.spec().mesh.as_ref().is_some_and(|m| m.parts.contains_key(&worst.part));
-    let path = if has_part { child("mesh.parts", &worst.part) } else { String::new() };
+    let has_part = model.mesh_parts().contains(&worst.part);
+    let path = if has_part { model.path_of_part(&worst.part) } else { String::new() };
     let many = errors.iter().filter(|e| e.relative.abs() >= COARSE).count();
     Some(Problem::warning(
         path,

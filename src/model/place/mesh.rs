@@ -6,6 +6,7 @@ use crate::element::Element;
 use crate::mesh::{Mesh, Shape};
 use crate::model::geometry::{Vector, dot, minus, plus, spread};
 use crate::model::loaded_mesh::{ALL, PlacedMesh};
+use crate::model::placed_element::PlacedElement;
 use crate::model::spec::MeshPartSpec;
 use crate::yaml::child;
 use std::cmp::Ordering;
@@ -61,11 +62,51 @@ impl Placer<'_> {
         }
         let wanted = spec.patches.map_or(PATCHES, |n| n as usize);
         for name in spec.parts.keys() {
-            self.patches_of(name, wanted);
+            self.patches_of(name, wanted, &child("mesh.parts", name));
         }
-        // Middles of edges are left out: what acts there acts at a corner beside them.
+        self.mesh_parts.extend(spec.parts.keys().cloned());
+        let own = self.corners(|_| true, |node| node >= first_node);
+        self.sites.extend(spread(&self.geometry.positions, &own, MOST_SITES));
+    }
+
+    /// Shells and solids that the file lists one by one, as a deck has them: where they have many nodes they are a mesh as well, with its sites and the
+    /// patches of its parts, which are groups of the file.
+    ///
+    /// A node at which something else stands too is a site whatever their number.
+    pub(super) fn listed_mesh(&mut self) {
+        let n_listed = self.spec.nodes.len();
+        let is_listed = |e: &PlacedElement| e.matrices.is_none() && e.kind.nodes().len() > 2;
+        let mut stands: Vec<[bool; 2]> = vec![[false; 2]; n_listed];
+        for e in &self.elements {
+            for &node in e.nodes.iter().filter(|n| **n < n_listed) {
+                stands[node][usize::from(!is_listed(e))] = true;
+            }
+        }
+        let corners = self.corners(is_listed, |node| node < n_listed);
+        let is_inner = |node: usize| stands[node] == [true, false];
+        if self.spec.mesh.is_some() || corners.len() <= MOST_SITES {
+            self.sites.extend(0..n_listed);
+            return;
+        }
+        let spread = spread(&self.geometry.positions, &corners, MOST_SITES);
+        self.sites.extend((0..n_listed).filter(|&n| !is_inner(n) || spread.binary_search(&n).is_ok()));
+        let mut is_free: Vec<bool> = self.elements.iter().map(is_listed).collect();
+        for name in self.spec.groups.keys() {
+            let Some(elements) = self.sets.get(name) else { continue };
+            if elements.len() >= 2 * LEAST_PATCH && elements.iter().all(|&e| is_free[e]) {
+                elements.iter().for_each(|&e| is_free[e] = false);
+                self.mesh_parts.push(name.clone());
+            }
+        }
+        for name in self.mesh_parts.clone() {
+            self.patches_of(&name, PATCHES, &child("groups", &name));
+        }
+    }
+
+    /// Nodes at corners of elements: what acts on the middle of an edge acts at a corner beside it.
+    fn corners(&self, of: impl Fn(&PlacedElement) -> bool, accept: impl Fn(usize) -> bool) -> Vec<usize> {
         let mut is_corner = vec![false; self.geometry.names.len()];
-        for element in &self.elements {
+        for element in self.elements.iter().filter(|e| of(e)) {
             let corners = match element.kind.nodes().len() {
                 10 => 4,
                 13 => 5,
@@ -75,9 +116,7 @@ impl Placer<'_> {
             };
             element.nodes.iter().take(corners).for_each(|&n| is_corner[n] = true);
         }
-        let own: Vec<usize> = (first_node..self.geometry.names.len()).filter(|&n| is_corner[n]).collect();
-        let sites = spread(&self.geometry.positions, &own, MOST_SITES);
-        self.sites.extend(sites);
+        (0..is_corner.len()).filter(|&n| is_corner[n] && accept(n)).collect()
     }
 
     /// The node of the model for each node of the mesh that some cell has.
@@ -235,7 +274,7 @@ impl Placer<'_> {
 
     /// Cuts a part into patches of neighbouring elements, `skin.p1`, ...: their middles far from each other, each element with the middle
     /// that is nearest over elements that touch.
-    fn patches_of(&mut self, name: &str, wanted: usize) {
+    fn patches_of(&mut self, name: &str, wanted: usize, path: &str) {
         let elements = self.sets.get(name).cloned().unwrap_or_default();
         let n = wanted.min(elements.len() / LEAST_PATCH);
         if n < 2 {
@@ -254,7 +293,7 @@ impl Placer<'_> {
         for (k, _) in seeds.iter().enumerate() {
             let own: Vec<usize> = all.iter().filter(|&&i| owner[i] == Some(k)).map(|&i| elements[i]).collect();
             let patch = format!("{name}.p{}", k + 1);
-            if !own.is_empty() && self.claim(&patch, &child("mesh.parts", name)) {
+            if !own.is_empty() && self.claim(&patch, path) {
                 self.sets.insert(patch.clone(), own);
                 self.patches.push(patch);
             }
