@@ -217,6 +217,11 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// What stands in for a larger model that this is: its dofs are coordinates, which move that model.
+    fn stand_in(&self) -> Option<&StandIn> {
+        None
+    }
+
     /// Mass properties that an update has to respect.
     fn targets(&self) -> Targets {
         Targets::default()

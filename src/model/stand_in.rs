@@ -55,6 +55,8 @@ struct Common {
     basis: DMatrix<f64>,
     /// In the order of [`AffinePart::bases`].
     terms: Vec<Term>,
+    /// M of what is no polynomial, at the estimates.
+    frozen_mass: Option<SparseSym>,
     affine: AffinePart,
     factor: Arc<PencilFactor>,
     shift: f64,
@@ -134,8 +136,9 @@ impl StandIn {
             |b: &Basis| Term { stiffness: matrix(&b.stiffness), mass: matrix(&b.mass), damping: matrix(&b.damping) };
         let mut terms: Vec<Term> = full.bases().map(term).collect();
         let is_damped = terms.iter().any(|t| t.damping.is_some());
+        let mut frozen_mass = None;
         if !is_polynomial {
-            terms.pop();
+            frozen_mass = terms.pop().and_then(|t| t.mass);
             affine.products.pop();
         }
         let shift = reduced.shift();
@@ -150,6 +153,7 @@ impl StandIn {
             basis,
             is_damped,
             terms,
+            frozen_mass,
             affine: affine.clone(),
             factor: reduced.factor().clone(),
             shift,
@@ -472,6 +476,18 @@ impl StandIn {
         &self.common.basis * y.rows(0, m) + &*self.extra * y.rows(m, extra)
     }
 
+    /// M of the model at its estimates, without the changes, times motions of the coordinates, (n_dof x any number).
+    pub fn mass_times(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
+        let x = self.expanded(y);
+        let theta = interior_point(self.common.model.parameters());
+        let factors = self.common.affine.at(&theta).map(|(_, factor)| factor);
+        let terms = self.common.terms.iter().map(|t| t.mass.as_ref()).zip(factors);
+        let all = terms.chain([(self.common.frozen_mass.as_ref(), 1.0)]);
+        let mut sum = DMatrix::zeros(x.nrows(), x.ncols());
+        all.filter_map(|(mass, factor)| Some(mass?.mul(&x) * factor)).for_each(|part| sum += part);
+        sum
+    }
+
     fn of_model<'a>(&self, theta: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         theta.split_at(self.common.model.parameters().len())
     }
@@ -548,6 +564,10 @@ impl ParametricModel for StandIn {
             placed.change.add_rigid_mass(&mut rigid, own, sizes)?;
         }
         Ok(MassProperties::of_a_body(&rigid))
+    }
+
+    fn stand_in(&self) -> Option<&StandIn> {
+        Some(self)
     }
 
     fn targets(&self) -> Targets {

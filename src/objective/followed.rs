@@ -39,17 +39,28 @@ impl Followed {
         if all.is_empty() {
             return Self::default();
         }
-        let map = model.dof_map();
+        // Rows of a model that another stands in for move with the coordinates of that.
+        let map = model.stand_in().map_or(model.dof_map(), |s| s.model().dof_map());
         let nodes: HashMap<&str, usize> = map.node_names().iter().enumerate().map(|(i, n)| (n.as_str(), i)).collect();
-        let mut rows = DMatrix::zeros(all.len(), map.n_dof());
-        for (k, (_, reference)) in all.iter().enumerate() {
-            for ((node, dof), momentum) in reference.dofs.iter().zip(&reference.momentum) {
-                let Some(&node) = nodes.get(node.as_str()) else { continue };
-                for &(row, factor) in map.express(node, *dof) {
-                    rows[(k, row)] += factor * momentum;
+        let row_of = |(_, reference): &(usize, std::sync::Arc<Reference>)| -> Vec<(usize, f64)> {
+            let all = reference.dofs.iter().zip(&reference.momentum);
+            let known = all
+                .filter_map(|((node, dof), momentum)| Some((map.express(*nodes.get(node.as_str())?, *dof), momentum)));
+            known
+                .flat_map(|(terms, momentum)| terms.iter().map(move |&(row, factor)| (row, factor * momentum)))
+                .collect()
+        };
+        let given: Vec<Vec<(usize, f64)>> = all.iter().map(row_of).collect();
+        let rows = match model.stand_in() {
+            Some(stand_in) => stand_in.observed(&given),
+            None => {
+                let mut rows = DMatrix::zeros(all.len(), map.n_dof());
+                for (k, terms) in given.iter().enumerate() {
+                    terms.iter().for_each(|&(row, value)| rows[(k, row)] += value);
                 }
+                rows
             }
-        }
+        };
         Self { rows, modes: all.iter().map(|(i, r)| (*i, r.alone)).collect() }
     }
 

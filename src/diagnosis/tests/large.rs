@@ -199,6 +199,17 @@ fn a_stand_in_follows_compliances() {
     }
 }
 
+/// Modes without shapes are followed by those of the model: on a stand-in by those that its coordinates move.
+#[test]
+fn frequencies_alone_have_partners_on_a_stand_in() {
+    for (name, model) in [("frame", model(MODELS[1].1)), ("arm", of_joints())] {
+        let test = twin_modes(&model, &middle(&model), &[], &noise(5, 3), "twin").unwrap();
+        let scene = Scene::new(&model, &[&test]).unwrap().large_from(0).unwrap();
+        let found = crate::diagnosis::foreign::investigate(scene, &[], None, &Settings::default()).unwrap().diagnosis;
+        assert_eq!(found.verdict, Verdict::Adequate, "{name}: {found:?}");
+    }
+}
+
 /// The adjoint columns are those of differences: the same direction and length. Where they are not, the finite step is far from linear: a clamp
 /// gives altogether by a hundredth of the typical compliance, and modes 0.2 % apart, as the aeroplane has two, part otherwise than by a slope.
 #[test]

@@ -80,6 +80,9 @@ fn falsified(
     }
     let hz: Vec<f64> = frequencies.elastic().map(|i| frequencies.frequency_hz(i)).collect();
     let in_words = |m: usize| {
+        if fit.frequencies[m].is_nan() {
+            return None;
+        }
         let partner = (0..hz.len()).min_by(|&a, &b| {
             let d = |i: usize| (hz[i] - fit.frequencies[m]).abs();
             d(a).total_cmp(&d(b))

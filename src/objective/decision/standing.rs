@@ -5,6 +5,7 @@ use super::{FoundSide, Inference, Side};
 use crate::correlation::Label;
 use crate::data::{Reference, Standing};
 use crate::element::Dof;
+use crate::model::ParametricModel;
 use std::sync::Arc;
 
 /// Whether a mode is known by its name: the user has paired it, or it has no shape and a label.
@@ -105,13 +106,15 @@ impl Inference<'_> {
         }
         let c = side.comparison;
         let p = &at.look.prediction;
-        let map = c.model().dof_map();
+        let stand_in = c.model().stand_in();
+        let map = stand_in.map_or(c.model().dof_map(), |s| s.model().dof_map());
         let dofs = dofs.get_or_insert_with(|| {
             let names = map.node_names();
             Arc::new(map.rows().iter().map(|&(node, dof)| (names[node].clone(), dof)).collect())
         });
         let shape = p.modes.shapes.columns(p.modes.n_rigid + partner, 1).into_owned();
-        let momentum = p.matrices.mass_times(&shape).as_slice().to_vec();
+        let momentum = stand_in.map_or_else(|| p.matrices.mass_times(&shape), |s| s.mass_times(&shape));
+        let momentum = momentum.as_slice().to_vec();
         Some(Arc::new(Reference { dofs: dofs.clone(), momentum, alone: is_named }))
     }
 
