@@ -12,7 +12,12 @@ pub struct Affine {
 impl Affine {
     /// Its value at θ.
     pub fn at(&self, theta: &[f64]) -> f64 {
-        self.terms.iter().fold(self.constant, |sum, (i, f)| sum + f * theta[*i])
+        self.at_values(|i| theta[i])
+    }
+
+    /// Its value, asking for no parameter but its own.
+    pub fn at_values(&self, value: impl Fn(usize) -> f64) -> f64 {
+        self.terms.iter().fold(self.constant, |sum, (i, f)| sum + f * value(*i))
     }
 
     /// Smallest and largest value while every parameter moves within `range`.

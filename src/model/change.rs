@@ -341,7 +341,7 @@ impl Change {
     }
 
     /// Rows of the model that it touches, then its new coordinates.
-    fn rows(&self) -> Vec<usize> {
+    pub(super) fn rows(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = self.parts.iter().flat_map(|p| p.rows().iter().copied()).collect();
         rows.sort_unstable();
         rows.dedup();

@@ -9,11 +9,13 @@
 //! exert on the modes. So a change of any size is represented exactly in statics, and its resonances through V. Coordinates that a change brings
 //! (a body on a spring) are coordinates here too.
 
+mod forces;
 mod sum;
 
-use self::sum::{Sum, add, of_system, rigid};
+use self::sum::{Projection, Sum, add, of_system, rigid};
 use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
-use super::change::{Change, ChangeAt, OnRows};
+use super::change::{Change, OnRows};
+use super::character::ModeCharacter;
 use super::dependence::{Monomial, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
@@ -24,17 +26,12 @@ use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen, tall_take, tall_tr_mul};
+use crate::linalg::{DMatrix, DVector, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::modal::ModalError;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Most static shapes of a change: three for each of a dozen modes, as what couples two kinds of motion needs, bending and stretching, and what answers to
-/// their forces.
-const MOST_SHAPES: usize = 40;
-/// Up to this many touched dofs a change has the shapes of all forces that it can exert.
-const FEW_ROWS: usize = 36;
-/// Forces below this part of the largest are rounding, or of no account.
+/// Static shapes of less energy than this part of the largest are of no account.
 const NEGLIGIBLE: f64 = 1e-7;
 /// Of the energy of a static shape, what V and the shapes before leave below this part is rounding: they hold it.
 const ROUNDING: f64 = 1e-12;
@@ -80,13 +77,14 @@ struct Placed {
     is_of_model: bool,
 }
 
-/// An element of a change whose matrices are no polynomials, on the coordinates.
+/// Elements of a change whose matrices are no polynomials, on the coordinates.
 #[derive(Debug, Clone)]
 struct General {
-    /// Numbers of the change and of the element in it.
+    /// Number of the change, and those of the elements in it.
     change: usize,
-    part: usize,
-    /// B on the coordinates.
+    parts: Vec<usize>,
+    /// Rows and new coordinates that they hang on, ascending, and how these move with the coordinates.
+    rows: Vec<usize>,
     motion: DMatrix<f64>,
 }
 
@@ -269,11 +267,8 @@ impl StandIn {
         Ok(out)
     }
 
-    /// B of a part of a change on the coordinates; of a superelement, whose matrices are projected as a whole, they are its dofs.
-    fn motion(&self, placed: &Placed, part: usize) -> DMatrix<f64> {
-        let Some((rows, b)) = placed.change.motion(part) else {
-            return DMatrix::identity(self.dofs.n_dof(), self.dofs.n_dof());
-        };
+    /// How rows of the model, and behind them new coordinates of a change, move with the coordinates.
+    fn motion(&self, placed: &Placed, rows: &[usize]) -> DMatrix<f64> {
         let n = self.common.basis.nrows();
         let first_new = self.common.basis.ncols() + self.extra.ncols() + placed.first_new;
         // A new coordinate counts from where the rigid motions take it.
@@ -281,13 +276,12 @@ impl StandIn {
             let motions = placed.change.rigid_motions(new);
             (0..6).map(|k| motions[k] * self.common.rigid_parts[(k, c)]).sum()
         };
-        let on_rows = DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| match rows[i].checked_sub(n) {
+        DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| match rows[i].checked_sub(n) {
             Some(new) if c == first_new + new => placed.scales[new],
             Some(new) if c < self.common.n_rigid => rigid(new, c),
             None => self.entry(rows[i], c),
             _ => 0.0,
-        });
-        b * on_rows
+        })
     }
 
     /// How much a row of the model moves with a coordinate: an entry of \[V W 0\].
@@ -300,82 +294,6 @@ impl StandIn {
         } else {
             0.0
         }
-    }
-
-    /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.
-    fn forces(&self, change: &ChangeAt<'_>) -> (DMatrix<f64>, Vec<f64>) {
-        let (touched, old) = (change.rows(), change.old_rows().len());
-        let mut scales = vec![1.0; touched.len() - old];
-        let forces = if touched.len() <= FEW_ROWS {
-            // All that it can exert: the columns of its matrices.
-            let [k, m] = change.times(&DMatrix::identity(touched.len(), touched.len()));
-            let at = |a: &Option<DMatrix<f64>>, i: usize| a.as_ref().map_or(0.0, |a| a[(i, i)]);
-            for (c, scale) in scales.iter_mut().enumerate() {
-                let x = at(&k, old + c) + self.common.shift * at(&m, old + c);
-                if x > 0.0 {
-                    *scale = x.sqrt().recip();
-                }
-            }
-            self.by_both([k, m], old)
-        } else {
-            // What it exerts on the vectors of the basis, of which the modes are combinations where it is small, and on what answers to that: what is
-            // nearly cut moves as neither of them does alone.
-            let on = |v: &DMatrix<f64>| {
-                let motion = |i: usize, c: usize| if i < old { v[(touched[i], c)] } else { 0.0 };
-                self.by_both(change.times(&DMatrix::from_fn(touched.len(), v.ncols(), motion)), old)
-            };
-            let on_basis = on(&self.common.basis);
-            let first = self.leading(&on_basis, change.old_rows());
-            let mut answers = self.common.factor.solve(&first);
-            for (mut answer, force) in answers.column_iter_mut().zip(first.column_iter()) {
-                let energy = answer.dot(&force);
-                if energy > 0.0 {
-                    answer /= energy.sqrt();
-                }
-            }
-            beside(on_basis, &on(&answers))
-        };
-        (self.leading(&forces, change.old_rows()), scales)
-    }
-
-    /// Forces by K and by M, these at the shift, on the rows of the model.
-    fn by_both(&self, forces: [Option<DMatrix<f64>>; 2], old: usize) -> DMatrix<f64> {
-        let [k, m] = forces.map(|a| a.map_or_else(|| DMatrix::zeros(old, 0), |a| a.rows(0, old).into_owned()));
-        beside(k, &(m * self.common.shift))
-    }
-
-    /// The leading directions of some forces, of unit length, on all rows.
-    fn leading(&self, columns: &DMatrix<f64>, rows: &[usize]) -> DMatrix<f64> {
-        let n = self.common.model.dof_map().n_dof();
-        // Forces and moments are as large as their stiffness makes them: each row by its own.
-        let weight: Vec<f64> = (0..columns.nrows()).map(|i| columns.row(i).norm()).collect();
-        let scaled = DMatrix::from_fn(columns.nrows(), columns.ncols(), |i, j| {
-            if weight[i] > 0.0 { columns[(i, j)] / weight[i].sqrt() } else { 0.0 }
-        });
-        // The smaller of the two Gram matrices: both have the same eigenvalues but for zeros.
-        let is_tall = scaled.nrows() > scaled.ncols();
-        let gram = if is_tall { tall_tr_mul(&scaled, &scaled) } else { &scaled * scaled.transpose() };
-        let Ok(eigen) = symmetric_eigen(&gram) else { return DMatrix::zeros(n, 0) };
-        let direction = |(value, u): (&f64, DVectorView<'_, f64>)| {
-            let along = if is_tall { &scaled * u / value.max(0.0).sqrt() } else { u.into_owned() };
-            (*value, along)
-        };
-        let mut found: Vec<(f64, DVector<f64>)> =
-            eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v > 0.0).map(direction).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let largest = found.first().map_or(0.0, |f| f.0);
-        let kept: Vec<DVector<f64>> = found
-            .into_iter()
-            .take(MOST_SHAPES)
-            .filter(|f| f.0 > NEGLIGIBLE * NEGLIGIBLE * largest)
-            .map(|(_, u)| DVector::from_fn(u.len(), |i, _| u[i] * weight[i].sqrt()))
-            .collect();
-        let mut out = DMatrix::zeros(n, kept.len());
-        for (c, force) in kept.iter().enumerate() {
-            let norm = force.norm();
-            rows.iter().zip(force.iter()).for_each(|(&row, f)| out[(row, c)] = f / norm);
-        }
-        out
     }
 
     /// The matrices of a superelement on the coordinates.
@@ -410,24 +328,36 @@ impl StandIn {
             let sizes = self.parameters.iter().skip(first).take(placed.change.n_sizes());
             let parameters = self.common.model.parameters().iter().chain(sizes).cloned().collect();
             let parameters = ParameterSet::new(parameters);
+            let rows = placed.change.rows();
+            let motion = self.motion(placed, &rows);
+            let n_rigid = self.common.n_rigid;
+            let mut parts = Vec::new();
+            // By monomial, and whether it counts from zero.
+            let mut found: BTreeMap<(Monomial, bool), Projection<'_>> = BTreeMap::new();
             for part in 0..placed.change.len() {
-                let motion = self.motion(placed, part);
                 let Some(terms) = placed.change.terms(part, &parameters, |of| self.on_coordinates(of)) else {
-                    general.push(General { change: k, part, motion });
+                    parts.push(part);
                     continue;
                 };
                 let at = |j: usize| if j < own { j } else { j + placed.first_size };
                 for (monomial, is_linear, matrices) in terms {
-                    let into = match monomial.powers.as_slice() {
-                        [] => &mut sum.constant,
-                        [(j, 1)] if is_linear => sum.parameter(at(*j)),
-                        powers => {
-                            let powers = powers.iter().map(|&(j, p)| (at(j), p)).collect();
-                            sum.product(&Monomial { powers })
+                    let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
+                    let monomial = Monomial { powers };
+                    match placed.change.motion(part) {
+                        Some((rows_of_part, b)) => {
+                            let new = || Projection::new(&rows, &motion, n_rigid);
+                            found.entry((monomial, is_linear)).or_insert_with(new).take(rows_of_part, b, &matrices);
                         }
-                    };
-                    add(into.each_mut().map(Some), &motion, &matrices, self.common.n_rigid);
+                        // Matrices of a superelement are on the coordinates already.
+                        None => add(sum.term(&monomial, is_linear).each_mut().map(Some), &matrices, n_rigid),
+                    }
                 }
+            }
+            for ((monomial, is_linear), projection) in found {
+                projection.add_to(sum.term(&monomial, is_linear).each_mut().map(Some));
+            }
+            if !parts.is_empty() {
+                general.push(General { change: k, parts, rows, motion });
             }
         }
         self.affine = sum.into_affine();
@@ -465,6 +395,20 @@ impl StandIn {
     ///
     /// * `rows` - (row, factor) of each
     pub fn observed(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
+        let (m, n) = (self.common.basis.ncols(), self.common.basis.nrows());
+        if rows.iter().map(Vec::len).sum::<usize>() > n {
+            // As good as full.
+            let mut full = DMatrix::zeros(n, rows.len());
+            for (mut column, terms) in full.column_iter_mut().zip(rows) {
+                for &(row, factor) in terms {
+                    column[row] += factor;
+                }
+            }
+            let mut out = DMatrix::zeros(rows.len(), self.dofs.n_dof());
+            out.columns_mut(0, m).copy_from(&tall_tr_mul(&full, &self.common.basis));
+            out.columns_mut(m, self.extra.ncols()).copy_from(&tall_tr_mul(&full, &self.extra));
+            return out;
+        }
         DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| {
             rows[i].iter().map(|&(row, factor)| factor * self.entry(row, c)).sum()
         })
@@ -486,6 +430,25 @@ impl StandIn {
         let mut sum = DMatrix::zeros(x.nrows(), x.ncols());
         all.filter_map(|(mass, factor)| Some(mass?.mul(&x) * factor)).for_each(|part| sum += part);
         sum
+    }
+
+    /// Adds the matrices of elements that are no polynomials; `None` of those that have no part in it.
+    fn add_general(
+        &self,
+        g: &General,
+        system: &mut System,
+        matrices: impl Fn(usize) -> Result<Option<ElementMatrices>, ModelError>,
+    ) -> Result<(), ModelError> {
+        let mut projection = Projection::new(&g.rows, &g.motion, self.common.n_rigid);
+        for &part in &g.parts {
+            // A superelement is a polynomial.
+            let Some((rows, b)) = self.changes[g.change].change.motion(part) else { continue };
+            if let Some(matrices) = matrices(part)? {
+                projection.take(rows, b, &matrices);
+            }
+        }
+        projection.add_to(of_system(system));
+        Ok(())
     }
 
     fn of_model<'a>(&self, theta: &'a [f64]) -> (&'a [f64], &'a [f64]) {
@@ -523,8 +486,7 @@ impl ParametricModel for StandIn {
         for g in &self.general {
             let placed = &self.changes[g.change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
-            let matrices = placed.change.matrices(g.part, own, sizes)?;
-            add(of_system(system), &g.motion, &matrices, self.common.n_rigid);
+            self.add_general(g, system, |part| placed.change.matrices(part, own, sizes).map(Some))?;
         }
         symmetrise(system);
         Ok(())
@@ -546,10 +508,10 @@ impl ParametricModel for StandIn {
                 Some(k) if (first..first + count).contains(&k) => own.len() + k - first,
                 Some(_) => continue,
             };
-            if placed.change.depends_on(g.part, local) {
-                let slope = placed.change.slopes(g.part, own, &sizes[first..first + count], local, step)?;
-                add(of_system(&mut system), &g.motion, &slope, self.common.n_rigid);
-            }
+            let sizes = &sizes[first..first + count];
+            let slope = |part: usize| placed.change.slopes(part, own, sizes, local, step);
+            let of = |part| placed.change.depends_on(part, local).then(|| slope(part)).transpose();
+            self.add_general(g, &mut system, of)?;
         }
         symmetrise(&mut system);
         Ok(system)
@@ -566,6 +528,16 @@ impl ParametricModel for StandIn {
         Ok(MassProperties::of_a_body(&rigid))
     }
 
+    fn characters(
+        &self,
+        theta: &[f64],
+        shapes: &DMatrix<f64>,
+        n_rigid: usize,
+    ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
+        self.check(theta)?;
+        self.common.model.characters(self.of_model(theta).0, &self.expanded(shapes), n_rigid)
+    }
+
     fn stand_in(&self) -> Option<&StandIn> {
         Some(self)
     }
@@ -577,12 +549,4 @@ impl ParametricModel for StandIn {
     fn affine(&self) -> Option<&AffinePart> {
         self.general.is_empty().then_some(&self.affine)
     }
-}
-
-/// The columns of one matrix, and behind them those of another.
-fn beside(a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    let first = a.ncols();
-    let mut both = a.resize_horizontally(first + b.ncols(), 0.0);
-    both.columns_mut(first, b.ncols()).copy_from(b);
-    both
 }

@@ -56,7 +56,9 @@ impl Followed {
             None => {
                 let mut rows = DMatrix::zeros(all.len(), map.n_dof());
                 for (k, terms) in given.iter().enumerate() {
-                    terms.iter().for_each(|&(row, value)| rows[(k, row)] += value);
+                    for &(row, value) in terms {
+                        rows[(k, row)] += value;
+                    }
                 }
                 rows
             }

@@ -9,7 +9,7 @@ use crate::diagnosis::screen::effects::Directions;
 use crate::effect::{Candidate, Context, candidates};
 use crate::linalg::{DMatrix, DVector};
 use crate::matrices::{MatrixFormat, write};
-use crate::model::{ModalSolver, System, export_matrices, load_in};
+use crate::model::{ModalSolver, System, export_matrices, label_modes, load_in};
 use crate::update::node_sensors;
 use std::collections::BTreeMap;
 
@@ -207,6 +207,21 @@ fn frequencies_alone_have_partners_on_a_stand_in() {
         let scene = Scene::new(&model, &[&test]).unwrap().large_from(0).unwrap();
         let found = crate::diagnosis::foreign::investigate(scene, &[], None, &Settings::default()).unwrap().diagnosis;
         assert_eq!(found.verdict, Verdict::Adequate, "{name}: {found:?}");
+    }
+}
+
+/// Modes have the names on a stand-in that they have on the model, so that a test may name them.
+#[test]
+fn modes_have_their_names_on_a_stand_in() {
+    for (name, model, _) in models() {
+        let base = scene(&model);
+        let theta = middle(&model);
+        let names = |m: &dyn ParametricModel| -> Vec<String> {
+            let (_, modes) = ModalSolver::new(m, &theta, 8).unwrap().solve(m, &theta, 8).unwrap();
+            let kinds = m.characters(&theta, &modes.shapes, modes.n_rigid).unwrap().unwrap();
+            label_modes(&kinds).into_iter().skip(modes.n_rigid).take(6).map(|label| label.long).collect()
+        };
+        assert_eq!(names(base.solved()), names(&model), "{name}");
     }
 }
 

@@ -94,7 +94,9 @@ impl Placer<'_> {
         for name in self.spec.groups.keys() {
             let Some(elements) = self.sets.get(name) else { continue };
             if elements.len() >= 2 * LEAST_PATCH && elements.iter().all(|&e| is_free[e]) {
-                elements.iter().for_each(|&e| is_free[e] = false);
+                for &e in elements {
+                    is_free[e] = false;
+                }
                 self.mesh_parts.push(name.clone());
             }
         }

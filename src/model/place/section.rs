@@ -76,7 +76,6 @@ impl Placer<'_> {
     /// Checks a property at the estimates (an error) and over the bounds (a warning).
     pub(super) fn domain(&mut self, affine: &Affine, domain: Domain, name: &str, unit: &str, path: &str) {
         let parameters = self.parameters;
-        let theta = parameters.nominal();
         let fits = |v: f64| match domain {
             Domain::Positive => v > 0.0,
             Domain::NonNegative | Domain::Compliance => v >= 0.0,
@@ -88,7 +87,7 @@ impl Placer<'_> {
             Domain::Fraction => "between 0 and 1",
             Domain::NonNegative | Domain::Compliance | Domain::Any => "zero or above",
         };
-        let now = affine.at(&theta);
+        let now = affine.at_values(|i| parameters.get(i).value);
         if !fits(now) {
             self.error(path, format_args!("`{name}` is {} {unit}; it must be {must}", plain(now)));
             return;

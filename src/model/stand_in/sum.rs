@@ -1,7 +1,7 @@
 //! Terms of K, M and C on few coordinates, as they are summed.
 
-use crate::linalg::{DMatrix, SymMatrix};
-use crate::model::assembly::{AffinePart, Basis};
+use crate::linalg::{DMatrix, tall_tr_mul};
+use crate::model::assembly::{AffinePart, Basis, place};
 use crate::model::dependence::Monomial;
 use crate::model::entry::Entry;
 use crate::model::system::System;
@@ -55,6 +55,15 @@ impl Sum {
         self.products.entry(monomial.clone()).or_insert_with(|| zeros(self.size))
     }
 
+    /// The term of a monomial; of a parameter alone that counts from zero, its own.
+    pub(super) fn term(&mut self, monomial: &Monomial, is_linear: bool) -> &mut [DMatrix<f64>; 3] {
+        match monomial.powers.as_slice() {
+            [] => &mut self.constant,
+            [(j, 1)] if is_linear => self.parameter(*j),
+            _ => self.product(monomial),
+        }
+    }
+
     pub(super) fn into_affine(self) -> AffinePart {
         let entries = |a: &DMatrix<f64>| -> Vec<Entry> {
             let lower = (0..a.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
@@ -83,37 +92,78 @@ pub(super) fn of_system(system: &mut System) -> [Option<&mut DMatrix<f64>>; 3] {
     [Some(&mut system.stiffness), Some(&mut system.mass), system.damping.as_mut()]
 }
 
-/// Adds Bᵀ a B of an element's K, M and C.
-pub(super) fn add(into: [Option<&mut DMatrix<f64>>; 3], b: &DMatrix<f64>, matrices: &ElementMatrices, n_rigid: usize) {
-    let parts = [(&matrices.stiffness, n_rigid), (&matrices.mass, 0), (&matrices.damping, n_rigid)];
-    for (target, (a, n_rigid)) in into.into_iter().zip(parts) {
-        if let Some(target) = target {
-            add_to(target, b, a, n_rigid);
-        }
-    }
+/// Adds K, M and C on the coordinates, forces on rigid ones by K and C that are rounding as none.
+pub(super) fn add(into: [Option<&mut DMatrix<f64>>; 3], matrices: &ElementMatrices, n_rigid: usize) {
+    let (size, rows) = (matrices.stiffness.n(), (0..matrices.stiffness.n()).collect::<Vec<_>>());
+    let unit = DMatrix::identity(size, size);
+    let mut projection = Projection::new(&rows, &unit, n_rigid);
+    projection.take(&rows, &unit, matrices);
+    projection.add_to(into);
 }
 
-/// Adds Bᵀ a B; forces of the first `n_rigid` coordinates, which are rigid motions, that are rounding are none.
-fn add_to(target: &mut DMatrix<f64>, b: &DMatrix<f64>, a: &SymMatrix, n_rigid: usize) {
-    const ROUNDING: f64 = 1e-9;
-    if a.is_zero() {
-        return;
+/// Σ Bᵀ a B of elements on coordinates that move the rows they hang on:
+///
+/// ```text
+/// MᵀF,    F = Σ_e B_eᵀ a_e B_e M
+/// ```
+///
+/// so that what grows with the square of the number of coordinates is done once for all elements.
+pub(super) struct Projection<'a> {
+    rows: &'a [usize],
+    motion: &'a DMatrix<f64>,
+    n_rigid: usize,
+    /// F of K, M and C.
+    forces: [Option<DMatrix<f64>>; 3],
+}
+
+impl<'a> Projection<'a> {
+    /// * `rows` - all rows that elements hang on, ascending
+    /// * `motion` - M, how they move with the coordinates, (rows x coordinates)
+    /// * `n_rigid` - the first so many coordinates are rigid motions
+    pub(super) fn new(rows: &'a [usize], motion: &'a DMatrix<f64>, n_rigid: usize) -> Self {
+        Self { rows, motion, n_rigid, forces: [const { None }; 3] }
     }
-    let a = a.to_dense();
-    let mut force = &a * b;
-    let mut none = vec![false; n_rigid];
-    if n_rigid > 0 {
-        let size = a.abs() * b.columns(0, n_rigid).abs();
-        for (j, none) in none.iter_mut().enumerate() {
-            if force.column(j).amax() <= ROUNDING * size.column(j).amax() {
-                force.column_mut(j).fill(0.0);
-                *none = true;
+
+    /// Takes in an element whose dofs follow as B q\[rows\].
+    ///
+    /// A rigid motion that it does not strain meets no force: what is left is rounding.
+    pub(super) fn take(&mut self, rows: &[usize], b: &DMatrix<f64>, matrices: &ElementMatrices) {
+        const ROUNDING: f64 = 1e-9;
+        let places: Vec<usize> = rows.iter().map(|&row| place(self.rows, row)).collect();
+        let local = b * self.motion.select_rows(&places);
+        let parts = [(&matrices.stiffness, self.n_rigid), (&matrices.mass, 0), (&matrices.damping, self.n_rigid)];
+        for (sum, (a, n_rigid)) in self.forces.iter_mut().zip(parts) {
+            if a.is_zero() {
+                continue;
+            }
+            let a = a.to_dense();
+            let mut force = &a * &local;
+            if n_rigid > 0 {
+                let size = a.abs() * local.columns(0, n_rigid).abs();
+                for (mut force, size) in force.column_iter_mut().zip(size.column_iter()) {
+                    if force.amax() <= ROUNDING * size.amax() {
+                        force.fill(0.0);
+                    }
+                }
+            }
+            let on_rows = b.tr_mul(&force);
+            let sum = sum.get_or_insert_with(|| DMatrix::zeros(self.rows.len(), self.motion.ncols()));
+            for (mut to, from) in sum.column_iter_mut().zip(on_rows.column_iter()) {
+                places.iter().zip(from.iter()).for_each(|(&i, f)| to[i] += f);
             }
         }
     }
-    let mut own = b.tr_mul(&force);
-    for (j, _) in none.iter().enumerate().filter(|(_, none)| **none) {
-        own.row_mut(j).fill(0.0);
+
+    /// Adds MᵀF of K, M and C.
+    pub(super) fn add_to(self, into: [Option<&mut DMatrix<f64>>; 3]) {
+        for ((target, forces), n_rigid) in into.into_iter().zip(self.forces).zip([self.n_rigid, 0, self.n_rigid]) {
+            let (Some(target), Some(forces)) = (target, forces) else { continue };
+            let mut own = tall_tr_mul(self.motion, &forces);
+            for j in 0..n_rigid {
+                let column = own.column(j).transpose();
+                own.row_mut(j).copy_from(&column);
+            }
+            *target += own;
+        }
     }
-    *target += own;
 }
