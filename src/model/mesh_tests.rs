@@ -118,6 +118,37 @@ fn patches_share_out_a_part() {
     assert!(frequencies(&cut)[0] < 0.999 * frequencies(&before)[0]);
 }
 
+/// Shells that a file lists one by one have sites, parts and patches as those of a mesh file; few of them are places node by node.
+#[test]
+fn many_listed_shells_are_a_mesh() {
+    let listed = |n: usize| {
+        let mut text = format!("retune: 1\nname: listed\n{SKIN}nodes:\n");
+        let all = || (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j)));
+        all().for_each(|(i, j)| writeln!(text, "  n{i}_{j}: [{}, {}, 0]", 0.1 * i as f64, 0.1 * j as f64).unwrap());
+        text += "elements:\n";
+        let cells = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        for (i, j) in cells() {
+            let (k, l) = (i + 1, j + 1);
+            let nodes = format!("n{i}_{j}, n{k}_{j}, n{k}_{l}, n{i}_{l}");
+            writeln!(text, "  s{i}_{j}: {{type: shell4, nodes: [{nodes}], section: alu}}").unwrap();
+        }
+        text += "masses: {store: {node: n5_3, mass: 1 kg}}\nsupports: {clamp: {node: n0_0}}\ngroups:\n";
+        for (name, is_left) in [("left", true), ("right", false)] {
+            let own: Vec<String> =
+                cells().filter(|c| (c.0 < n / 2) == is_left).map(|(i, j)| format!("s{i}_{j}")).collect();
+            writeln!(text, "  {name}: [{}]", own.join(", ")).unwrap();
+        }
+        text += "  corner: [s0_0, s0_1]\n";
+        load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{p:#?}")).0
+    };
+    let (many, few) = (listed(12), listed(6));
+    assert_eq!(many.mesh_parts(), ["left", "right"]);
+    assert_eq!(many.patches().len(), 36, "{:?}", many.patches());
+    let sites = |m: &Model| (0..m.n_named_nodes()).filter(|&n| m.is_site(n)).count();
+    assert!(many.is_site(many.geometry().node("n5_3").unwrap()) && (100..=101).contains(&sites(&many)));
+    assert_eq!((sites(&few), few.patches().len()), (49, 0));
+}
+
 /// What is wrong is said where it stands, with what the mesh has.
 #[test]
 fn mistakes_about_a_mesh_have_their_places() {
