@@ -159,9 +159,9 @@ impl<'a> Projection<'a> {
         for ((target, forces), n_rigid) in into.into_iter().zip(self.forces).zip([self.n_rigid, 0, self.n_rigid]) {
             let (Some(target), Some(forces)) = (target, forces) else { continue };
             let mut own = tall_tr_mul(self.motion, &forces);
-            for j in 0..n_rigid {
-                let column = own.column(j).transpose();
-                own.row_mut(j).copy_from(&column);
+            // Without a force on it a rigid motion has no part in those of the others either.
+            for j in (0..n_rigid).filter(|&j| forces.column(j).amax() == 0.0) {
+                own.row_mut(j).fill(0.0);
             }
             *target += own;
         }
