@@ -103,6 +103,19 @@ impl Connection {
         Self { rows, b }
     }
 
+    /// The lower triangle of a symmetric matrix on the rows, the mean of what rounding has made two.
+    fn entries<'a>(&'a self, reduced: &'a DMatrix<f64>) -> impl Iterator<Item = Entry> + 'a {
+        let lower = self
+            .rows
+            .iter()
+            .enumerate()
+            .flat_map(|(i, &row)| self.rows[..=i].iter().enumerate().map(move |(j, &column)| (i, row, j, column)));
+        lower.map(|(i, row, j, column)| {
+            let value = 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
+            Entry { row, column, value }
+        })
+    }
+
     /// Bᵀ a B on the rows of this element.
     fn reduce(&self, a: &SymMatrix) -> DMatrix<f64> {
         self.b.transpose() * a.to_dense() * &self.b
@@ -390,14 +403,7 @@ pub(super) fn matrix_uses(element: &PlacedElement, origin: &[f64]) -> Vec<(Kind,
 }
 
 fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) {
-    for (i, &row) in connection.rows.iter().enumerate() {
-        for (j, &column) in connection.rows.iter().enumerate().take(i + 1) {
-            let value = 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
-            if value != 0.0 {
-                list.push(Entry { row, column, value });
-            }
-        }
-    }
+    list.extend(connection.entries(reduced).filter(|e| e.value != 0.0));
 }
 
 impl Basis {
@@ -407,12 +413,7 @@ impl Basis {
         let of = [Some(&matrices.stiffness), Some(&matrices.mass), damping];
         for (list, a) in [&mut self.stiffness, &mut self.mass, &mut self.damping].into_iter().zip(of) {
             let Some(a) = a else { continue };
-            let reduced = connection.reduce(a);
-            let lower = (0..connection.rows.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
-            list.extend(lower.map(|(i, j)| {
-                let value = 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
-                Entry { row: connection.rows[i], column: connection.rows[j], value }
-            }));
+            list.extend(connection.entries(&connection.reduce(a)));
         }
     }
 }
@@ -437,11 +438,8 @@ pub(super) fn add_element(system: &mut System, connection: &Connection, matrices
         if matrix.is_zero() {
             return;
         }
-        let reduced = connection.reduce(matrix);
-        for (i, &row) in connection.rows.iter().enumerate() {
-            for (j, &column) in connection.rows.iter().enumerate().take(i + 1) {
-                target[(row, column)] += 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
-            }
+        for e in connection.entries(&connection.reduce(matrix)) {
+            target[(e.row, e.column)] += e.value;
         }
     };
     add(&mut system.stiffness, &matrices.stiffness);
@@ -475,12 +473,7 @@ pub(super) fn sparse_system(
             triplets.extend(entries.iter().map(|e| (e.row, e.column, factor * e.value)));
         }
         for (c, matrices) in &reduced {
-            let a = &matrices[which];
-            for (i, &row) in c.rows.iter().enumerate() {
-                for (j, &column) in c.rows.iter().enumerate().take(i + 1) {
-                    triplets.push((row, column, 0.5 * (a[(i, j)] + a[(j, i)])));
-                }
-            }
+            triplets.extend(c.entries(&matrices[which]).map(|e| (e.row, e.column, e.value)));
         }
         SparseSym::from_triplets(n, triplets.iter().copied())
     };

@@ -111,7 +111,6 @@ impl Additions {
         touched.dedup();
         let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
         let mut parts: Vec<Part> = Vec::new();
-        let (mut altered, mut brought) = (Vec::new(), Vec::new());
         for e in touched {
             let mut element = self.placed.elements[e].clone();
             for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
@@ -129,7 +128,6 @@ impl Additions {
             if element.matrices.is_some() {
                 // A change brings no superelement.
                 let before = before?;
-                altered.push((before, element.clone()));
                 parts.push(Part::Factored(Factored::new(element, before, self.on_rows(before)?)));
                 continue;
             }
@@ -137,17 +135,10 @@ impl Additions {
                 Some(e) => self.model.connection(e).clone(),
                 None => new.connection(&element)?,
             };
-            match before {
-                Some(e) => altered.push((e, element.clone())),
-                None => {
-                    let on_model = |&n: &usize| self.model.geometry().node(&self.placed.geometry.names[n]);
-                    brought.push((element.clone(), connection.clone(), element.nodes.iter().map(on_model).collect()));
-                }
-            }
             let ends = element.ends(&self.placed.geometry.positions);
             parts.push(Part::Element { connection, element: Box::new(element), before, ends });
         }
-        parts.extend(self.supports(&own, &alone, &altered, &brought)?);
+        parts.extend(self.supports(&own, &alone, &parts)?);
         let dof_of = |(&d, &coordinate): (&usize, &usize)| {
             (coordinate, (self.placed.geometry.positions[d / 6], Dof::ALL[d % 6]))
         };
@@ -160,23 +151,26 @@ impl Additions {
 
     /// Supports that give with the change, as they are with and without it; nothing where it does not change what they do.
     ///
-    /// * `altered`, `brought` - as for [`ElasticSupports::with`]
-    fn supports(
-        &self,
-        own: &[usize],
-        alone: &dyn Fn(&Value) -> Value,
-        altered: &[(usize, PlacedElement)],
-        brought: &[(PlacedElement, Connection, Vec<Option<usize>>)],
-    ) -> Option<Vec<Part>> {
-        let part =
-            |supports: &ElasticSupports, sign: f64| Part::Supports { supports: Arc::new(supports.clone()), sign };
-        let before = self.model.elastic_supports().map(|s| part(s, -1.0));
+    /// * `parts` - its elements
+    fn supports(&self, own: &[usize], alone: &dyn Fn(&Value) -> Value, parts: &[Part]) -> Option<Vec<Part>> {
+        let with_parts = |supports: &ElasticSupports| {
+            let altered = parts.iter().filter_map(|part| match part {
+                Part::Element { element, before: Some(e), .. } => Some((*e, &**element)),
+                Part::Factored(part) => Some((part.before, &*part.after)),
+                Part::Element { .. } | Part::Supports { .. } => None,
+            });
+            let brought = parts.iter().filter_map(|part| match part {
+                Part::Element { connection, element, before: None, .. } => Some((&**element, connection)),
+                _ => None,
+            });
+            supports.with(altered, brought, |n| self.model.geometry().node(&self.placed.geometry.names[n]))
+        };
+        let before = self.model.elastic_supports();
         let is_own = |c: &&Compliance| c.value.parameters().any(|p| own.contains(&p));
         if !self.placed.compliances.iter().any(|c| is_own(&c)) {
-            let after = self.model.elastic_supports().and_then(|s| s.with(altered, brought));
-            return Some(
-                after.iter().map(|after| part(after, 1.0)).chain(before.filter(|_| after.is_some())).collect(),
-            );
+            let after = before.and_then(with_parts);
+            let before = before.filter(|_| after.is_some());
+            return Some(after.map(|s| Part::supports(s, 1.0)).into_iter().chain(before.map(Part::without)).collect());
         }
         let geometry = self.model.geometry();
         // Compliances of dofs that only other changes make give are zero.
@@ -198,8 +192,8 @@ impl Additions {
         let released = eliminate(self.model.spec(), geometry, keeping, &compliances, rows, &mut Vec::new());
         let (elements, connections) = self.model.elements_and_connections();
         let after = ElasticSupports::new(compliances, &released, n_nodes, elements, connections, self.model.dof_map())?;
-        let after = after.with(altered, brought).unwrap_or(after);
-        Some([part(&after, 1.0)].into_iter().chain(before).collect())
+        let after = with_parts(&after).unwrap_or(after);
+        Some([Part::supports(after, 1.0)].into_iter().chain(before.map(Part::without)).collect())
     }
 }
 
@@ -273,6 +267,15 @@ enum Part {
 }
 
 impl Part {
+    fn supports(supports: ElasticSupports, sign: f64) -> Self {
+        Part::Supports { supports: Arc::new(supports), sign }
+    }
+
+    /// Takes supports away.
+    fn without(supports: &ElasticSupports) -> Self {
+        Self::supports(supports.clone(), -1.0)
+    }
+
     /// How its dofs follow from rows and new coordinates; `None` of matrices that are on the rows themselves.
     fn connection(&self) -> Option<&Connection> {
         match self {
@@ -300,7 +303,7 @@ impl Change {
             before: None,
             ends: elements[e].ends(&model.geometry().positions),
         };
-        let supports = model.elastic_supports().map(|s| Part::Supports { supports: Arc::new(s.clone()), sign: 1.0 });
+        let supports = model.elastic_supports().map(|s| Part::supports(s.clone(), 1.0));
         let parts = (0..elements.len()).filter(|&e| model.is_general(e)).map(part).chain(supports).collect();
         Self { model: model.clone(), parts, new: Vec::new(), n_sizes: 0 }
     }

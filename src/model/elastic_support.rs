@@ -87,24 +87,22 @@ impl ElasticSupports {
     /// The same supports where a change makes elements others, or brings some; `None` where it does so only elsewhere.
     ///
     /// * `altered` - by index, as they are then
-    /// * `brought` - with its connection, and for each of its nodes that of the model
-    pub(super) fn with(
+    /// * `brought` - with its connection
+    /// * `node` - of the model, for one of what is brought
+    pub(super) fn with<'a>(
         &self,
-        altered: &[(usize, PlacedElement)],
-        brought: &[(PlacedElement, Connection, Vec<Option<usize>>)],
+        altered: impl Iterator<Item = (usize, &'a PlacedElement)>,
+        brought: impl Iterator<Item = (&'a PlacedElement, &'a Connection)>,
+        node: impl Fn(usize) -> Option<usize>,
     ) -> Option<Self> {
         let is_moved = |e: usize| self.moves(e) || self.bodies.iter().any(|b| b.element == e);
-        let altered: Vec<_> = altered.iter().filter(|(e, _)| is_moved(*e)).cloned().collect();
-        let of = |(element, connection, nodes): &(PlacedElement, Connection, Vec<Option<usize>>)| {
-            let own = |node: usize| nodes[element.nodes.iter().position(|n| *n == node)?];
-            let terms = |node: usize, dof: Dof| match own(node) {
-                Some(n) => &self.nodes[6 * n + dof as usize][..],
-                None => &[],
-            };
+        let altered: Vec<_> = altered.filter(|(e, _)| is_moved(*e)).map(|(e, element)| (e, element.clone())).collect();
+        let of = |(element, connection): (&PlacedElement, &Connection)| {
+            let terms = |own: usize, dof: Dof| node(own).map_or(&[][..], |n| &self.nodes[6 * n + dof as usize][..]);
             let b = motion_in_axes(element, self.compliances.len(), terms, |s| s);
             (b.amax() > 0.0).then(|| (element.clone(), connection.clone(), b))
         };
-        let brought: Vec<_> = brought.iter().filter_map(of).collect();
+        let brought: Vec<_> = brought.filter_map(of).collect();
         if altered.is_empty() && brought.is_empty() {
             return None;
         }

@@ -222,6 +222,11 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// Where the nodes of the structure have their dofs: of a stand-in, those of the model that it stands for.
+    fn dofs_of_nodes(&self) -> &DofMap {
+        self.stand_in().map_or_else(|| self.dof_map(), |s| s.model().dof_map())
+    }
+
     /// Mass properties that an update has to respect.
     fn targets(&self) -> Targets {
         Targets::default()

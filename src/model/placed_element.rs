@@ -85,6 +85,22 @@ impl PlacedElement {
             .chain(&self.mass_damping)
     }
 
+    /// Whether it is one of a mesh: a shell or a solid.
+    pub(crate) fn is_of_mesh(&self) -> bool {
+        self.matrices.is_none() && self.nodes.len() > 2
+    }
+
+    /// How many of its nodes, the first ones, are corners: the others are middles of edges.
+    pub(super) fn n_corners(&self) -> usize {
+        match self.nodes.len() {
+            10 => 4,
+            13 => 5,
+            15 => 6,
+            20 => 8,
+            n => n,
+        }
+    }
+
     /// All nodes that it acts on, those of a superelement among them.
     pub fn joined(&self) -> Cow<'_, [usize]> {
         self.matrices.as_ref().map_or(Cow::Borrowed(&self.nodes[..]), |m| Cow::Owned(m.nodes()))

@@ -12,6 +12,7 @@
 mod forces;
 mod sum;
 
+use self::forces::NEGLIGIBLE;
 use self::sum::{Projection, Sum, add, of_system, rigid};
 use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
@@ -31,8 +32,6 @@ use crate::modal::ModalError;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Static shapes of less energy than this part of the largest are of no account.
-const NEGLIGIBLE: f64 = 1e-7;
 /// Of the energy of a static shape, what V and the shapes before leave below this part is rounding: they hold it.
 const ROUNDING: f64 = 1e-12;
 
@@ -119,8 +118,10 @@ impl StandIn {
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
         // What is no polynomial is frozen for the basis, and stands beside it as a change.
-        let is_polynomial = model.affine().is_some();
-        let frozen = if is_polynomial { None } else { Some(model.frozen_at(&interior_point(model.parameters()))?) };
+        let frozen = match model.affine() {
+            Some(_) => None,
+            None => Some(model.frozen_at(&interior_point(model.parameters()))?),
+        };
         let solved = frozen.as_ref().unwrap_or(model);
         let reduced = ReducedModel::near(solved, options, known.as_ref(), held)?;
         let mut affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
@@ -135,7 +136,7 @@ impl StandIn {
         let mut terms: Vec<Term> = full.bases().map(term).collect();
         let is_damped = terms.iter().any(|t| t.damping.is_some());
         let mut frozen_mass = None;
-        if !is_polynomial {
+        if frozen.is_some() {
             frozen_mass = terms.pop().and_then(|t| t.mass);
             affine.products.pop();
         }
@@ -169,7 +170,7 @@ impl StandIn {
             general: Vec::new(),
             dofs,
         };
-        if is_polynomial {
+        if frozen.is_none() {
             return Ok(bare);
         }
         let mut whole = bare.with(&Arc::new(Change::of_general(model)), &[], &[])?;
@@ -349,7 +350,7 @@ impl StandIn {
                             found.entry((monomial, is_linear)).or_insert_with(new).take(rows_of_part, b, &matrices);
                         }
                         // Matrices of a superelement are on the coordinates already.
-                        None => add(sum.term(&monomial, is_linear).each_mut().map(Some), &matrices, n_rigid),
+                        None => add(sum.term(&monomial, is_linear), &matrices),
                     }
                 }
             }

@@ -40,7 +40,7 @@ impl Followed {
             return Self::default();
         }
         // Rows of a model that another stands in for move with the coordinates of that.
-        let map = model.stand_in().map_or(model.dof_map(), |s| s.model().dof_map());
+        let map = model.dofs_of_nodes();
         let nodes: HashMap<&str, usize> = map.node_names().iter().enumerate().map(|(i, n)| (n.as_str(), i)).collect();
         let row_of = |(_, reference): &(usize, std::sync::Arc<Reference>)| -> Vec<(usize, f64)> {
             let all = reference.dofs.iter().zip(&reference.momentum);

@@ -125,7 +125,7 @@ impl Case {
 
     /// A dof of a node of the file as a sum of rows of what is solved.
     pub(crate) fn rows_of(&self, node: &str, dof: Dof) -> Option<Vec<(usize, f64)>> {
-        let dofs = self.stand_in.as_ref().map_or_else(|| self.solved().dof_map(), |s| s.model().dof_map());
+        let dofs = self.solved().dofs_of_nodes();
         let rows = dofs.express(dofs.node(node)?, dof).to_vec();
         Some(match &self.stand_in {
             Some(stand_in) => stand_in.observed(&[rows]).row(0).iter().copied().enumerate().collect(),

@@ -10,7 +10,7 @@ use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::hypothesis::{Estimate, Refit, Tried};
 use crate::diagnosis::thresholds::{ON_BOUND, STRONG};
 use crate::fault::Tests;
-use crate::model::Model;
+use crate::model::{Model, PlacedElement};
 use crate::objective::Scaling;
 
 /// What the mesh falsifies: modes by more than a third of their standard deviation, functions by more than one.
@@ -47,8 +47,7 @@ fn mesh_error(scene: &Scene, fit: &Fit) -> Option<MeshError> {
 
 /// What makes it finer.
 fn remedy(scene: &Scene) -> &'static str {
-    let is_of_mesh = |e: &crate::model::PlacedElement| e.matrices.is_none() && e.nodes.len() > 2;
-    let has_mesh = scene.cases.iter().any(|c| c.model.elements().iter().any(is_of_mesh));
+    let has_mesh = scene.cases.iter().any(|c| c.model.elements().iter().any(PlacedElement::is_of_mesh));
     match (has_mesh, scene.file.beams.is_empty()) {
         (false, _) => "subdivide the beams",
         (true, false) => "subdivide the beams and mesh the shells and solids more finely",

@@ -73,7 +73,7 @@ impl OnRows {
 #[derive(Debug, Clone)]
 pub(super) struct Factored {
     /// With the change in its factors.
-    after: Box<PlacedElement>,
+    pub(super) after: Box<PlacedElement>,
     /// The element of the model, by index.
     pub(super) before: usize,
     pub(super) of: Arc<OnRows>,

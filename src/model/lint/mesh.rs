@@ -97,11 +97,8 @@ pub(super) fn is_surface(e: &PlacedElement) -> bool {
 
 /// Corners of an element and its edges between them.
 pub(super) fn corners(e: &PlacedElement) -> (usize, &'static [[usize; 2]]) {
-    match e.nodes.len() {
-        4 | 10 if !is_surface(e) => (4, TETRAHEDRON),
-        13 => (5, edges(5)),
-        15 => (6, edges(6)),
-        20 => (8, edges(8)),
+    match e.n_corners() {
+        4 if !is_surface(e) => (4, TETRAHEDRON),
         n => (n, edges(n)),
     }
 }

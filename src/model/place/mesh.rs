@@ -75,14 +75,13 @@ impl Placer<'_> {
     /// A node at which something else stands too is a site whatever their number.
     pub(super) fn listed_mesh(&mut self) {
         let n_listed = self.spec.nodes.len();
-        let is_listed = |e: &PlacedElement| e.matrices.is_none() && e.kind.nodes().len() > 2;
         let mut stands: Vec<[bool; 2]> = vec![[false; 2]; n_listed];
         for e in &self.elements {
             for &node in e.nodes.iter().filter(|n| **n < n_listed) {
-                stands[node][usize::from(!is_listed(e))] = true;
+                stands[node][usize::from(!e.is_of_mesh())] = true;
             }
         }
-        let corners = self.corners(is_listed, |node| node < n_listed);
+        let corners = self.corners(PlacedElement::is_of_mesh, |node| node < n_listed);
         let is_inner = |node: usize| stands[node] == [true, false];
         if self.spec.mesh.is_some() || corners.len() <= MOST_SITES {
             self.sites.extend(0..n_listed);
@@ -90,7 +89,7 @@ impl Placer<'_> {
         }
         let spread = spread(&self.geometry.positions, &corners, MOST_SITES);
         self.sites.extend((0..n_listed).filter(|&n| !is_inner(n) || spread.binary_search(&n).is_ok()));
-        let mut is_free: Vec<bool> = self.elements.iter().map(is_listed).collect();
+        let mut is_free: Vec<bool> = self.elements.iter().map(PlacedElement::is_of_mesh).collect();
         for name in self.spec.groups.keys() {
             let Some(elements) = self.sets.get(name) else { continue };
             if elements.len() >= 2 * LEAST_PATCH && elements.iter().all(|&e| is_free[e]) {
@@ -109,14 +108,7 @@ impl Placer<'_> {
     fn corners(&self, of: impl Fn(&PlacedElement) -> bool, accept: impl Fn(usize) -> bool) -> Vec<usize> {
         let mut is_corner = vec![false; self.geometry.names.len()];
         for element in self.elements.iter().filter(|e| of(e)) {
-            let corners = match element.kind.nodes().len() {
-                10 => 4,
-                13 => 5,
-                15 => 6,
-                20 => 8,
-                n => n,
-            };
-            element.nodes.iter().take(corners).for_each(|&n| is_corner[n] = true);
+            element.nodes.iter().take(element.n_corners()).for_each(|&n| is_corner[n] = true);
         }
         (0..is_corner.len()).filter(|&n| is_corner[n] && accept(n)).collect()
     }

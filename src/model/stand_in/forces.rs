@@ -10,8 +10,8 @@ use crate::model::change::ChangeAt;
 const MOST_SHAPES: usize = 40;
 /// Up to this many touched dofs a change has the shapes of all forces that it can exert.
 const FEW_ROWS: usize = 36;
-/// Forces below this part of the largest are rounding, or of no account.
-const NEGLIGIBLE: f64 = 1e-7;
+/// Forces, and energies of static shapes, below this part of the largest are rounding, or of no account.
+pub(super) const NEGLIGIBLE: f64 = 1e-7;
 
 impl StandIn {
     /// Forces of a change on the rows, (n x few), and the scales of its new coordinates.

@@ -92,13 +92,13 @@ pub(super) fn of_system(system: &mut System) -> [Option<&mut DMatrix<f64>>; 3] {
     [Some(&mut system.stiffness), Some(&mut system.mass), system.damping.as_mut()]
 }
 
-/// Adds K, M and C on the coordinates, forces on rigid ones by K and C that are rounding as none.
-pub(super) fn add(into: [Option<&mut DMatrix<f64>>; 3], matrices: &ElementMatrices, n_rigid: usize) {
-    let (size, rows) = (matrices.stiffness.n(), (0..matrices.stiffness.n()).collect::<Vec<_>>());
-    let unit = DMatrix::identity(size, size);
-    let mut projection = Projection::new(&rows, &unit, n_rigid);
-    projection.take(&rows, &unit, matrices);
-    projection.add_to(into);
+/// Adds K, M and C that are on the coordinates.
+pub(super) fn add(into: &mut [DMatrix<f64>; 3], matrices: &ElementMatrices) {
+    for (target, a) in into.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
+        if !a.is_zero() {
+            *target += a.to_dense();
+        }
+    }
 }
 
 /// Σ Bᵀ a B of elements on coordinates that move the rows they hang on:

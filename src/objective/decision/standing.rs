@@ -5,7 +5,6 @@ use super::{FoundSide, Inference, Side};
 use crate::correlation::Label;
 use crate::data::{Reference, Standing};
 use crate::element::Dof;
-use crate::model::ParametricModel;
 use std::sync::Arc;
 
 /// Whether a mode is known by its name: the user has paired it, or it has no shape and a label.
@@ -107,7 +106,7 @@ impl Inference<'_> {
         let c = side.comparison;
         let p = &at.look.prediction;
         let stand_in = c.model().stand_in();
-        let map = stand_in.map_or(c.model().dof_map(), |s| s.model().dof_map());
+        let map = c.model().dofs_of_nodes();
         let dofs = dofs.get_or_insert_with(|| {
             let names = map.node_names();
             Arc::new(map.rows().iter().map(|&(node, dof)| (names[node].clone(), dof)).collect())
