@@ -27,6 +27,7 @@ pub mod mesh;
 pub mod modal;
 pub mod model;
 pub mod objective;
+mod once;
 pub mod optim;
 pub mod report;
 #[cfg(test)]

@@ -11,6 +11,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("deck", &[]),
     ("hash", &[]),
     ("linalg", &[]),
+    ("once", &[]),
     ("arrays", &["linalg"]),
     ("units", &["catalogue"]),
     ("yaml", &["catalogue"]),
@@ -20,18 +21,18 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("matrices", &["linalg", "catalogue", "hash", "arrays", "element"]),
     ("modal", &["linalg"]),
     // level 2
-    ("model", &["linalg", "catalogue", "hash", "units", "yaml", "mesh", "element", "matrices", "modal"]),
+    ("model", &["linalg", "catalogue", "hash", "once", "units", "yaml", "mesh", "element", "matrices", "modal"]),
     ("data", &["linalg", "catalogue", "units", "yaml", "arrays", "element"]),
     // level 3
     ("fault", &["linalg", "catalogue", "units", "model", "data"]),
     ("identify", &["linalg", "catalogue", "modal", "data", "fault"]),
-    ("effect", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal"]),
+    ("effect", &["linalg", "catalogue", "once", "units", "yaml", "element", "model", "modal"]),
     ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
-    ("exchange", &["deck", "linalg", "catalogue", "units", "yaml", "element", "matrices", "modal", "model", "data"]),
+    ("exchange", &["deck", "linalg", "catalogue", "hash", "mesh", "units", "yaml", "element", "matrices", "modal", "model", "data"]),
     // level 4
-    ("objective", &["linalg", "catalogue", "element", "model", "modal", "data", "correlation"]),
+    ("objective", &["linalg", "catalogue", "once", "element", "model", "modal", "data", "correlation"]),
     // level 5: never model, modal or data
-    ("optim", &["linalg", "catalogue", "hash", "objective"]),
+    ("optim", &["linalg", "catalogue", "hash", "once", "objective"]),
     // level 6
     (
         "update",
@@ -59,6 +60,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
             "linalg",
             "catalogue",
             "hash",
+            "once",
             "units",
             "yaml",
             "element",
@@ -295,9 +297,12 @@ fn crates_that_may_be_replaced_are_named_in_one_room() {
     for path in sources().into_iter().filter(|p| !is_test_file(p)) {
         let code = code(&path);
         let own = module(&path);
-        for (words, home) in
-            [(&["faer::"][..], "linalg"), (&["serde_yaml::", "saphyr_parser::"][..], "yaml"), (&["sha2::"][..], "hash")]
-        {
+        for (words, home) in [
+            (&["faer::"][..], "linalg"),
+            (&["serde_yaml::", "saphyr_parser::"][..], "yaml"),
+            (&["sha2::"][..], "hash"),
+            (&["OnceLock"][..], "once"),
+        ] {
             for word in words {
                 assert!(own == home || !code.contains(word), "{} names {word}", path.display());
             }

@@ -21,11 +21,11 @@ use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};
+use crate::once::Once;
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
 pub use rigidity::Rigidity;
 use std::collections::{HashMap, HashSet};
-use std::sync::OnceLock;
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -151,11 +151,11 @@ pub struct Structure<'a> {
     /// Largest dimension, m.
     extent: f64,
     /// Pairs of near nodes, which several effects list.
-    pairs: OnceLock<Vec<Location>>,
+    pairs: Once<Vec<Location>>,
     /// Ends of beams that lie inside something, which every patch of a rigid end asks for.
-    joint_ends: OnceLock<Vec<JointEnd>>,
+    joint_ends: Once<Vec<JointEnd>>,
     /// Axial forces per unit of a body acceleration along each axis, where the structure carries it.
-    forces: [OnceLock<Option<own_weight::Forces>>; 3],
+    forces: [Once<Option<own_weight::Forces>>; 3],
     /// Whether places are wider than those of the file.
     is_wider: bool,
     ends: Vec<End>,
@@ -188,8 +188,8 @@ impl<'a> Structure<'a> {
             part_of: HashMap::new(),
             end_of: HashMap::new(),
             extent: extent(&model.geometry().positions),
-            pairs: OnceLock::new(),
-            joint_ends: OnceLock::new(),
+            pairs: Once::new(),
+            joint_ends: Once::new(),
             forces: Default::default(),
             is_wider: false,
             ends: Vec::new(),

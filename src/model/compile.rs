@@ -24,10 +24,10 @@ use super::targets::{Targets, targets};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
 use crate::linalg::{DMatrix, SymMatrix};
+use crate::once::Once;
 use crate::yaml::{Problem, Severity, child, version_problem};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
-use std::sync::OnceLock;
 
 /// A model built from a file.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ pub struct Model {
     patches: Vec<String>,
     n_named: usize,
     /// See [`Model::first_straining_lambda`].
-    pub(super) first_straining: OnceLock<Option<f64>>,
+    pub(super) first_straining: Once<Option<f64>>,
 }
 
 impl Model {
@@ -173,7 +173,7 @@ impl Model {
             mesh_parts,
             patches,
             n_named,
-            first_straining: OnceLock::new(),
+            first_straining: Once::new(),
         })
     }
 

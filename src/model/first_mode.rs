@@ -13,7 +13,7 @@ impl Model {
     ///
     /// It is solved for once.
     pub fn first_straining_lambda(&self) -> Option<f64> {
-        *self.first_straining.get_or_init(|| self.find_first_straining())
+        *self.first_straining.get_or_find(|| self.find_first_straining())
     }
 
     fn find_first_straining(&self) -> Option<f64> {

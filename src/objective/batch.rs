@@ -11,7 +11,7 @@
 
 mod compiled;
 
-use std::sync::OnceLock;
+use crate::once::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use self::compiled::Compiled;
@@ -25,7 +25,7 @@ use crate::linalg::batch::BATCH;
 /// An objective's way to the batched kernel, made at its first use.
 #[derive(Debug, Default)]
 pub(crate) struct BatchPath {
-    compiled: OnceLock<Option<Compiled>>,
+    compiled: Once<Option<Compiled>>,
     /// Whether shapes are kept at all dofs, from which they have derivatives.
     has_derivatives: bool,
     batch: AtomicU64,
@@ -123,7 +123,7 @@ impl BatchPath {
 
     fn compiled(&self, comparison: &Comparison<'_>, scaling: &Scaling, needs_shapes: bool) -> Option<&Compiled> {
         let made = || Compiled::new(comparison, scaling, needs_shapes, self.has_derivatives);
-        self.compiled.get_or_init(made).as_ref()
+        self.compiled.get_or_find(made).as_ref()
     }
 }
 

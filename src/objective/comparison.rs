@@ -17,8 +17,9 @@ use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
 use crate::linalg::{DMatrix, ShiftedPencil};
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, family, symmetry_index};
+use crate::once::Once;
 use std::borrow::Cow;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// A model and a test, made comparable: sensors as rows, real test shapes, the modes to compute.
 #[derive(Debug)]
@@ -330,7 +331,7 @@ impl<'a> Comparison<'a> {
             mac,
             pairs,
             mass_properties,
-            responses: OnceLock::new(),
+            responses: Once::new(),
         })
     }
 

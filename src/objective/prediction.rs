@@ -4,8 +4,8 @@ use crate::correlation::{ModePair, PairedModes};
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::Modes;
 use crate::model::{MassProperties, Matrices, ModelError, System};
+use crate::once::Once;
 use std::borrow::Cow;
-use std::sync::OnceLock;
 
 /// The prediction at one θ.
 ///
@@ -34,7 +34,7 @@ pub struct Prediction {
     /// Mass properties, if the model knows them.
     pub mass_properties: Option<MassProperties>,
     /// The model's values of the test's frequency responses, once they have been asked for.
-    pub(super) responses: OnceLock<Vec<Complex<f64>>>,
+    pub(super) responses: Once<Vec<Complex<f64>>>,
 }
 
 impl Prediction {
@@ -64,7 +64,7 @@ impl Prediction {
             mac,
             pairs: PairedModes::default(),
             mass_properties: None,
-            responses: OnceLock::new(),
+            responses: Once::new(),
         }
     }
 

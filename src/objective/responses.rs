@@ -106,7 +106,7 @@ impl FrfRows {
         theta: &[f64],
         prediction: &'p Prediction,
     ) -> &'p [Complex<f64>] {
-        prediction.responses.get_or_init(|| self.evaluate(model, theta, prediction, None).0)
+        prediction.responses.get_or_find(|| self.evaluate(model, theta, prediction, None).0)
     }
 
     /// The model's values, and, if `free` is given, ∂H/∂θ_j as one column for each.

@@ -1,9 +1,9 @@
 //! Evaluations that several processes share through a folder.
 
+use crate::once::Once;
 use std::error::Error;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -34,7 +34,7 @@ pub struct Shared {
     of: usize,
     patience: Duration,
     /// Of the objective.
-    fingerprint: OnceLock<String>,
+    fingerprint: Once<String>,
 }
 
 /// Points whose costs tell one objective from another.
@@ -56,7 +56,7 @@ impl Shared {
             return Err(format!("shard {index}/{of}: the shards of {of} are 1/{of} ... {of}/{of}").into());
         }
         std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        let (folder, fingerprint) = (folder.to_path_buf(), OnceLock::new());
+        let (folder, fingerprint) = (folder.to_path_buf(), Once::new());
         Ok(Self { folder, index, of, patience: LEAST_PATIENCE, fingerprint })
     }
 
@@ -68,7 +68,7 @@ impl Shared {
 
     /// What tells this objective from any other one: the version, and its costs at the first points.
     fn fingerprint(&self, objective: &dyn Objective, points: &[DVector<f64>]) -> &str {
-        self.fingerprint.get_or_init(|| {
+        self.fingerprint.get_or_find(|| {
             let probes = &points[..points.len().min(PROBES)];
             let mut costs = vec![f64::INFINITY; probes.len()];
             objective.costs(probes, &mut costs);

@@ -33,12 +33,13 @@ use crate::model::{
     MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, Registry, StandIn,
 };
 use crate::objective::{Comparison, Scaling, is_damped};
+use crate::once::Once;
 use crate::optim::Draw;
 use crate::update::{HowToPair, as_given};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 430 a seventh; below,
 /// the digits of the model are worth more than the time.
@@ -83,7 +84,7 @@ pub(crate) struct Case {
     /// What is solved in the place of a large model, with the changes that the scene has made to it.
     pub(crate) stand_in: Option<Arc<StandIn>>,
     /// What solves the model, once it has been compared.
-    solver: Arc<OnceLock<Arc<ModalSolver>>>,
+    solver: Arc<Once<Arc<ModalSolver>>>,
     /// The same of the model that this one was made from: most changes leave the dofs as they are.
     like: Option<Arc<ModalSolver>>,
 }
@@ -143,7 +144,7 @@ impl Case {
             }
             None => Comparison::sharing(&*self.model, &self.test, rule, known)?,
         };
-        self.solver.get_or_init(|| made.solver().clone());
+        self.solver.get_or_find(|| made.solver().clone());
         Ok(made)
     }
 

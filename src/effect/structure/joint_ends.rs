@@ -24,7 +24,7 @@ pub(in crate::effect) struct JointEnd {
 impl Structure<'_> {
     /// Ends of beams that bend, at nodes of the file where they are held, where members of other directions meet, or where they end in a body.
     pub(in crate::effect) fn joint_ends(&self) -> &[JointEnd] {
-        self.joint_ends.get_or_init(|| self.list_joint_ends())
+        self.joint_ends.get_or_find(|| self.list_joint_ends())
     }
 
     fn list_joint_ends(&self) -> Vec<JointEnd> {

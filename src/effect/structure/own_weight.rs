@@ -21,7 +21,7 @@ impl Structure<'_> {
     ///
     /// None for a structure that is free to move along the axis.
     pub(in crate::effect) fn forces_of_acceleration(&self, axis: usize) -> Option<&[(usize, f64)]> {
-        self.forces[axis].get_or_init(|| self.solve_for_forces(axis)).as_deref()
+        self.forces[axis].get_or_find(|| self.solve_for_forces(axis)).as_deref()
     }
 
     fn solve_for_forces(&self, axis: usize) -> Option<Forces> {

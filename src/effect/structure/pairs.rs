@@ -46,7 +46,7 @@ impl Ord for Reached {
 impl Structure<'_> {
     /// Near nodes with a detour between them and a motion that a spring would strain, symmetric partners together before each alone.
     pub(in crate::effect) fn near_pairs(&self) -> Vec<Location> {
-        if self.is_wider { Vec::new() } else { self.pairs.get_or_init(|| self.find_near_pairs()).clone() }
+        if self.is_wider { Vec::new() } else { self.pairs.get_or_find(|| self.find_near_pairs()).clone() }
     }
 
     fn find_near_pairs(&self) -> Vec<Location> {
@@ -130,7 +130,8 @@ impl Structure<'_> {
         let mut reach = 2.0 * GAP * extent;
         loop {
             let mut found = self.pairs_within(&sites, &ways, [GAP * extent, reach], moves);
-            if gaps.len() + found.len() >= MOST_PAIRS || reach > 2.0 * extent {
+            // A structure at one point has no farther.
+            if gaps.len() + found.len() >= MOST_PAIRS || reach >= 2.0 * extent {
                 found.extend(gaps);
                 return found.into_iter().collect();
             }
