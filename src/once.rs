@@ -58,7 +58,8 @@ mod tests {
                     parts.map(|i| (0..20_000).fold(i, |a, b| std::hint::black_box(a ^ b)) & 1).count()
                 })
             };
-            let answers: Vec<usize> = pool.install(|| (0..256_usize).into_par_iter().with_max_len(1).map(ask).collect());
+            let answers: Vec<usize> =
+                pool.install(|| (0..256_usize).into_par_iter().with_max_len(1).map(ask).collect());
             let _ = tell.send(answers);
         });
         let answers = told.recv_timeout(Duration::from_secs(60)).expect("nobody waits for ever");

@@ -28,7 +28,23 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("identify", &["linalg", "catalogue", "modal", "data", "fault"]),
     ("effect", &["linalg", "catalogue", "once", "units", "yaml", "element", "model", "modal"]),
     ("correlation", &["linalg", "catalogue", "units", "yaml", "element", "model", "modal", "data"]),
-    ("exchange", &["deck", "linalg", "catalogue", "hash", "mesh", "units", "yaml", "element", "matrices", "modal", "model", "data"]),
+    (
+        "exchange",
+        &[
+            "deck",
+            "linalg",
+            "catalogue",
+            "hash",
+            "mesh",
+            "units",
+            "yaml",
+            "element",
+            "matrices",
+            "modal",
+            "model",
+            "data",
+        ],
+    ),
     // level 4
     ("objective", &["linalg", "catalogue", "once", "element", "model", "modal", "data", "correlation"]),
     // level 5: never model, modal or data

@@ -5,7 +5,7 @@
 
 use retune::deck::Deck;
 use retune::exchange::{ImportOptions, Solver, import, system_by_name};
-use retune::model::{ParametricModel, Registry, load};
+use retune::model::{ParametricModel, Registry};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -51,7 +51,8 @@ fn outcome(path: &Path) -> Result<f64, String> {
         solver: Solver::default(),
     };
     let imported = import(&deck, options).map_err(|e| e[0].to_string())?;
-    let (model, ..) = load(&imported.text, &Registry::builtin())
+    let (model, ..) = imported
+        .load(&Registry::builtin())
         .unwrap_or_else(|p| panic!("{}: what was imported is no model: {}", path.display(), p[0]));
     let theta = model.parameters().nominal();
     Ok(model.mass_properties(&theta).unwrap().map_or(0.0, |m| m.mass))

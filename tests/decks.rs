@@ -10,7 +10,7 @@ use retune::exchange::{
     system_by_name,
 };
 use retune::modal::SolveOptions;
-use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune::model::{Model, ParametricModel, Registry, load, load_in, solve_modes};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -42,7 +42,7 @@ fn options(units: &str) -> ImportOptions {
 }
 
 fn model_of(imported: &Imported) -> Model {
-    load(&imported.text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}\n{}", p[0].message, imported.text)).0
+    imported.load(&Registry::builtin()).unwrap_or_else(|p| panic!("{}\n{}", p[0].message, imported.text)).0
 }
 
 fn model(text: &str) -> Model {
@@ -597,7 +597,7 @@ fn damaged_files_end() {
         }
         let Ok(deck) = Deck::read(Path::new("deck.bdf"), &mut |_| Ok(bytes.clone())) else { continue };
         if let Ok(imported) = import(&deck, options("si")) {
-            read_at_all += usize::from(load(&imported.text, &Registry::builtin()).is_ok());
+            read_at_all += usize::from(imported.load(&Registry::builtin()).is_ok());
         }
     }
     assert!(read_at_all > 100, "{read_at_all}");
@@ -744,4 +744,42 @@ fn shells_have_the_mean_of_the_thicknesses_at_their_corners() {
     let updated = load(&thicker, &Registry::builtin()).unwrap().0;
     let found = export(&deck_of(&text), &updated).unwrap_err().to_string();
     assert!(found.contains("`thickness` has no field on the cards of cquad4_9"), "{found}");
+}
+
+/// A deck of many shells is a model file that refers to a mesh, under the names of the deck, and goes back into its fields.
+#[test]
+fn a_deck_of_many_shells_has_its_mesh_beside_it() {
+    const N: usize = 45;
+    let mut text = String::from(
+        "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,7.+10,,.3,2700.\nPSHELL,5,1,.01,1,,1\nPSHELL,6,1,.02,1,,1\nPBAR,7,1,1.-3,1.-6,1.-6,2.-6\n",
+    );
+    for (j, i) in (0..=N).flat_map(|j| (0..=N).map(move |i| (j, i))) {
+        text += &format!("GRID,{},,{:.1},{:.1}\n", 1 + i + j * (N + 1), 0.1 * i as f64, 0.1 * j as f64);
+    }
+    for (j, i) in (0..N).flat_map(|j| (0..N).map(move |i| (j, i))) {
+        let (a, property) = (1 + i + j * (N + 1), if i < 20 { 5 } else { 6 });
+        text += &format!("CQUAD4,{},{property},{a},{},{},{}\n", 1 + i + j * N, a + 1, a + N + 2, a + N + 1);
+    }
+    text += "CBAR,9000,7,46,92,,,1.\nCONM2,9001,2116,,3.5\nSPC1,1,123456,1,THRU,46\nENDDATA\n";
+    let deck = deck_of(&text);
+    let imported = import(&deck, options("si")).unwrap();
+    let mesh = imported.mesh.as_ref().expect("it has a mesh");
+    assert_eq!(mesh.name, "deck_mesh.msh");
+    assert!(imported.text.lines().count() < 60, "{}", imported.text);
+    let model = model_of(&imported);
+    let mass = 2700.0 * 4.5 * (2.0 * 0.01 + 2.5 * 0.02) + 3.5 + 2700.0 * 1e-3 * 0.1;
+    near(model.mass_properties(&[]).unwrap().unwrap().mass, mass, 1e-9);
+    assert_eq!(model.element_set("pshell_5").map(<[usize]>::len), Some(20 * N));
+    assert_eq!(export(&deck, &model).unwrap().files, [text.clone()]);
+    // One shell that is thicker gets a property of its own, and the others' stays.
+    let changed = imported.text.replace("imported:", "overrides: {cquad4_9: {scale: {thickness: 2}}}\nimported:");
+    let updated = load_in(&changed, None, &Registry::builtin(), &mut |file| imported.file(file)).unwrap().0;
+    let found = export(&deck, &updated).unwrap();
+    let lines = |of: &str| of.lines().map(str::to_string).collect::<std::collections::BTreeSet<String>>();
+    let new: Vec<String> = lines(&found.files[0]).difference(&lines(&text)).cloned().collect();
+    assert!(new.iter().any(|l| l.starts_with("CQUAD4,9,")) && new.iter().any(|l| l.contains("PSHELL")), "{new:?}");
+    assert!(new.len() <= 4, "{new:?}");
+    // The file that the hash does not fit is refused.
+    let other = load_in(&imported.text, None, &Registry::builtin(), &mut |_| Ok(b"$MeshFormat".to_vec())).unwrap_err();
+    assert!(other[0].message.contains("is another file than the model was made for"), "{other:?}");
 }

@@ -7,7 +7,7 @@ use retune::deck::KeywordDeck;
 use retune::exchange::{
     Agreement, ImportOptions, Solver, compare_results, import_keywords, read_results, system_by_name,
 };
-use retune::model::{Model, Registry, load};
+use retune::model::{Model, Registry};
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -147,7 +147,7 @@ fn against([theirs, ours]: &[String; 2], most: usize) -> (Model, Agreement) {
         solver: Solver::CalculiX,
     };
     let imported = import_keywords(&deck, options).unwrap_or_else(|e| panic!("{}", e[0]));
-    let model = load(&imported.text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].message)).0;
+    let model = imported.load(&Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].message)).0;
     let bytes = std::fs::read(folder.path().join("job.frd")).unwrap_or_else(|e| panic!("{e}\n{}", said()));
     let results = read_results(&bytes).unwrap_or_else(|e| panic!("{e}\n{}", said()));
     let agreement = compare_results(&model, &results, most).unwrap();

@@ -18,7 +18,7 @@ use super::nastran::import;
 use super::system::{Quantity, System, system_by_name};
 use crate::catalogue::counted;
 use crate::deck::{CardId, Changes, Deck, DeckError};
-use crate::model::{Model, ParametricModel, PlacedElement, Registry, dot, load, plus};
+use crate::model::{Model, ParametricModel, PlacedElement, Registry, dot, plus};
 use std::collections::{BTreeMap, HashMap};
 
 /// A deck with what was learnt in it.
@@ -95,7 +95,7 @@ pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
 
 fn model_of(deck: &Deck, options: ImportOptions) -> Result<(Model, Imported), ExportError> {
     let imported = import(deck, options).map_err(|e| ExportError::Deck(e[0].clone()))?;
-    match load(&imported.text, &Registry::builtin()) {
+    match imported.load(&Registry::builtin()) {
         Ok((model, ..)) => Ok((model, imported)),
         Err(problems) => Err(ExportError::Model(problems.first().map_or_else(String::new, |p| p.message.clone()))),
     }

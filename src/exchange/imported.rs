@@ -1,12 +1,17 @@
 //! How a deck is to be read, and what becomes of it.
 
+use super::listed::MeshFile;
 use super::report::ImportReport;
 use super::system::System;
-use super::writer::clean;
+use super::text::{clean, quoted};
 use crate::catalogue::counted;
 use crate::deck::CardId;
 use crate::model::spec::ImportedSpec;
+use crate::model::{Model, Registry, load_in};
+use crate::yaml::{Problem, SourceMap};
 use std::collections::{BTreeMap, HashMap};
+use std::io;
+use std::path::Path;
 
 /// Whose deck of keywords it is: the same deck has lumped masses in Abaqus where CalculiX has consistent ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,9 +55,36 @@ pub struct Imported {
     pub text: String,
     /// What was read, left out and approximated.
     pub report: ImportReport,
+    /// The mesh of its shells and solids, where they are many; it is to stand beside the model file.
+    pub mesh: Option<MeshFile>,
     /// A test file with the frequencies that an optimisation of the deck asks for, where there is one.
     pub test: Option<String>,
     pub(in crate::exchange) origins: Origins,
+}
+
+impl Imported {
+    /// The model, as [`crate::model::load`] reads it.
+    ///
+    /// # Errors
+    /// Every problem of the text: a fault of the import.
+    pub fn load(&self, registry: &Registry) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
+        load_in(&self.text, None, registry, &mut |file| self.file(file))
+    }
+
+    /// A file that the text names.
+    ///
+    /// # Errors
+    /// Another file than the mesh.
+    pub fn file(&self, name: &str) -> io::Result<Vec<u8>> {
+        let mesh = self.mesh.as_ref().filter(|m| m.name == name);
+        mesh.map(|m| m.text.clone().into_bytes()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    }
+}
+
+/// What the mesh of a deck is called, beside the model file.
+pub(in crate::exchange) fn mesh_name(deck: &Path) -> String {
+    let stem = deck.file_stem().map_or_else(|| "deck".into(), |s| s.to_string_lossy());
+    format!("{}_mesh.msh", clean(&stem))
 }
 
 /// A property of an element and the field that it comes from: SI = shift + factor · field.
@@ -129,11 +161,6 @@ pub(in crate::exchange) struct Origins {
     /// The largest number of an element, a grid, a property, a material.
     pub largest: u32,
     pub keyed: KeyedOrigins,
-}
-
-/// A text of one line in quotation marks.
-pub(in crate::exchange) fn quoted(text: &str) -> String {
-    format!("\"{}\"", clean(text).replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 /// What stands above all blocks of a model file.

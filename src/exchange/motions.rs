@@ -1,6 +1,6 @@
 //! Motions of nodes along axes of their own, as sums of dofs along global axes.
 
-use super::writer::{computed, list};
+use super::text::{computed, list};
 use crate::element::Dof;
 use crate::model::{cross, dot, minus, plus, rigid_motion};
 

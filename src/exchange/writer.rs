@@ -1,5 +1,7 @@
 //! The text of a model file, block by block, with the comments of the deck.
 
+use super::listed::{Listed, MOST_LISTED, MeshFile, Remarks};
+use super::text::{clean, map};
 use std::fmt::Write as _;
 
 /// Blocks of a model file, in the order in which they are written.
@@ -7,6 +9,7 @@ use std::fmt::Write as _;
 pub(in crate::exchange) enum Block {
     Parameters,
     Frames,
+    Mesh,
     Nodes,
     Sections,
     Beams,
@@ -25,9 +28,10 @@ pub(in crate::exchange) enum Block {
     Imported,
 }
 
-const BLOCKS: [&str; 18] = [
+const BLOCKS: [&str; 19] = [
     "parameters",
     "frames",
+    "mesh",
     "nodes",
     "sections",
     "beams",
@@ -46,21 +50,18 @@ const BLOCKS: [&str; 18] = [
     "imported",
 ];
 
-/// A line longer than this is broken.
-const WIDTH: usize = 140;
-
 #[derive(Debug, Clone)]
 pub(in crate::exchange) struct Writer {
-    blocks: [String; 18],
-    /// Number of entries of each block.
-    counts: [usize; 18],
+    /// But for nodes, elements and groups.
+    blocks: [String; 19],
+    listed: Listed,
     /// Comments that stand above the next entry of a block.
-    pending: [Vec<String>; 18],
+    pending: [Vec<String>; 19],
 }
 
 impl Writer {
     pub(in crate::exchange) fn new() -> Self {
-        Self { blocks: Default::default(), counts: [0; 18], pending: Default::default() }
+        Self { blocks: Default::default(), listed: Listed::default(), pending: Default::default() }
     }
 
     /// A comment above the next entry of a block.
@@ -68,9 +69,10 @@ impl Writer {
         self.pending[block as usize].push(text.to_string());
     }
 
-    /// `name: value`, with a remark behind it.
+    /// `name: value` of a block that is no list of nodes, elements or groups, with a remark behind it.
     pub(in crate::exchange) fn entry(&mut self, block: Block, name: &str, value: &str, remark: &str) {
         let i = block as usize;
+        debug_assert!(!matches!(block, Block::Mesh | Block::Nodes | Block::Elements | Block::Groups));
         for comment in std::mem::take(&mut self.pending[i]) {
             let _ = writeln!(self.blocks[i], "  # {}", clean(&comment));
         }
@@ -79,7 +81,33 @@ impl Writer {
             let _ = write!(self.blocks[i], " # {}", clean(remark));
         }
         self.blocks[i].push('\n');
-        self.counts[i] += 1;
+    }
+
+    fn remarks(&mut self, block: Block, behind: &str) -> Remarks {
+        Remarks { above: std::mem::take(&mut self.pending[block as usize]), behind: behind.to_string() }
+    }
+
+    /// A node.
+    ///
+    /// * `at` - where it is, in the unit of the deck; none of what is no point of the structure
+    pub(in crate::exchange) fn node(&mut self, name: &str, value: &str, at: Option<[f64; 3]>, remark: &str) {
+        let remarks = self.remarks(Block::Nodes, remark);
+        self.listed.node(name, value, at, remarks);
+    }
+
+    /// An entry of a list of elements; those of the block `elements` with the type first, then the nodes.
+    pub(in crate::exchange) fn element(&mut self, block: Block, name: &str, items: &[(String, String)]) {
+        if block == Block::Elements {
+            let remarks = self.remarks(block, "");
+            self.listed.element(name, items, remarks);
+        } else {
+            self.entry(block, name, &map(items), "");
+        }
+    }
+
+    /// A group of elements.
+    pub(in crate::exchange) fn group(&mut self, name: &str, members: &[String]) {
+        self.listed.group(name, members);
     }
 
     /// A parameter that multiplies the stiffness of a group, free between a half and two.
@@ -90,100 +118,27 @@ impl Writer {
         self.entry(Block::Overrides, group, &format!("{{stiffness: {parameter}}}"), "");
     }
 
-    pub(in crate::exchange) fn is_empty(&self, block: Block) -> bool {
-        self.counts[block as usize] == 0
+    pub(in crate::exchange) fn has_nodes(&self) -> bool {
+        self.listed.has_nodes()
     }
 
-    /// The whole file below its head.
-    pub(in crate::exchange) fn finish(&self, head: &str) -> String {
+    /// The whole file below its head, and the mesh that it refers to, if it does.
+    ///
+    /// * `file` - what a mesh is to be called
+    /// * `unit` - of length, of the deck
+    pub(in crate::exchange) fn finish(mut self, head: &str, file: &str, unit: &str) -> (String, Option<MeshFile>) {
+        let ([mesh, nodes, elements, groups], found) = self.listed.finish(file, unit, MOST_LISTED);
+        for (block, text) in
+            [(Block::Mesh, mesh), (Block::Nodes, nodes), (Block::Elements, elements), (Block::Groups, groups)]
+        {
+            self.blocks[block as usize] = text;
+        }
         let size = self.blocks.iter().map(String::len).sum::<usize>();
         let mut out = String::with_capacity(size + head.len() + 512);
         out.push_str(head);
         for (name, block) in BLOCKS.iter().zip(&self.blocks).filter(|(_, b)| !b.is_empty()) {
             let _ = write!(out, "\n{name}:\n{block}");
         }
-        out
+        (out, found)
     }
-}
-
-/// A comment on one line, without control characters.
-pub(in crate::exchange) fn clean(text: &str) -> String {
-    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    text.trim().to_string()
-}
-
-/// The value itself in as few digits as give it back.
-pub(in crate::exchange) fn exact(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 {
-        "0".to_string()
-    } else if (1e-4..1e9).contains(&size) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
-}
-
-/// A value that was computed, to twelve digits.
-pub(in crate::exchange) fn computed(value: f64) -> String {
-    exact(rounded(value))
-}
-
-/// A value to twelve significant digits.
-pub(in crate::exchange) fn rounded(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
-}
-
-/// A number with a unit.
-pub(in crate::exchange) fn with_unit(number: &str, unit: &str) -> String {
-    if unit.is_empty() { number.to_string() } else { format!("{number} {unit}") }
-}
-
-/// A flow list, broken into lines where it is long.
-pub(in crate::exchange) fn list<T: AsRef<str>>(items: &[T]) -> String {
-    let total: usize = items.iter().map(|i| i.as_ref().len() + 2).sum();
-    if total < WIDTH - 20 {
-        return format!("[{}]", items.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", "));
-    }
-    let mut out = String::with_capacity(total + total / 20);
-    out.push('[');
-    let mut column = WIDTH;
-    for item in items {
-        let item = item.as_ref();
-        if column + item.len() + 2 > WIDTH {
-            out.push_str("\n    ");
-            column = 4;
-        }
-        out.push_str(item);
-        out.push_str(", ");
-        column += item.len() + 2;
-    }
-    let kept = out.trim_end_matches([',', ' ']).len();
-    out.truncate(kept);
-    out.push(']');
-    out
-}
-
-/// A flow map.
-pub(in crate::exchange) fn map<K: AsRef<str>, V: AsRef<str>>(items: &[(K, V)]) -> String {
-    let parts: Vec<String> = items.iter().map(|(k, v)| format!("{}: {}", k.as_ref(), v.as_ref())).collect();
-    format!("{{{}}}", parts.join(", "))
-}
-
-/// Three directions.
-pub(in crate::exchange) fn direction(v: [f64; 3]) -> String {
-    let shown = v.map(|c| computed(if c.abs() < 1e-15 { 0.0 } else { c }));
-    format!("[{}]", shown.join(", "))
-}
-
-/// The entry of a frame: its origin as text and its axes, kept to the last bit.
-pub(in crate::exchange) fn frame(origin: impl std::fmt::Display, axes: [[f64; 3]; 3]) -> String {
-    let whole = |v: [f64; 3]| {
-        if v.iter().all(|c| *c == 0.0 || c.abs() == 1.0) {
-            direction(v)
-        } else {
-            format!("[{}]", v.map(exact).join(", "))
-        }
-    };
-    format!("{{origin: {origin}, x: {}, xy: {}}}", whole(axes[0]), whole(axes[1]))
 }

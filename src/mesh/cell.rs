@@ -133,14 +133,14 @@ pub struct Mesh {
 
 impl Mesh {
     /// Adds a node; whether its number was free.
-    pub(super) fn add_node(&mut self, node: MeshNode) -> bool {
+    pub fn add_node(&mut self, node: MeshNode) -> bool {
         let index = self.nodes.len();
         self.nodes.push(node);
         self.index.insert(node.id, index).is_none()
     }
 
     /// Adds a cell on nodes, as indices.
-    pub(super) fn add_cell(&mut self, id: u64, shape: Shape, nodes: impl IntoIterator<Item = usize>) {
+    pub fn add_cell(&mut self, id: u64, shape: Shape, nodes: impl IntoIterator<Item = usize>) {
         let first = self.connectivity.len();
         self.connectivity.extend(nodes);
         self.cells.push(Cell { id, shape, first });

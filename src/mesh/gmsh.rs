@@ -63,6 +63,20 @@ fn shape(kind: i64) -> Option<(Shape, &'static [usize])> {
     })
 }
 
+/// The number of gmsh for a shape.
+pub(super) fn kind_of(of: Shape) -> i64 {
+    (1..=LAST_KIND).find(|&kind| shape(kind).is_some_and(|s| s.0 == of)).unwrap_or_default()
+}
+
+/// For each place of a cell in gmsh, which of our nodes stands there.
+pub(super) fn order_of(of: Shape, n_nodes: usize) -> impl Iterator<Item = usize> {
+    let order = shape(kind_of(of)).map_or(&[][..], |s| s.1);
+    (0..n_nodes).map(|k| if order.is_empty() { k } else { order.iter().position(|&at| at == k).unwrap_or(k) })
+}
+
+/// The largest number of a type of elements that is read.
+const LAST_KIND: i64 = 19;
+
 const DIMENSIONS: [&str; 4] = ["point", "line", "surface", "volume"];
 
 /// A physical group: dimension and number.

@@ -8,11 +8,13 @@
 mod cell;
 mod cursor;
 mod gmsh;
+mod gmsh_text;
 #[cfg(test)]
 mod tests;
 
 pub use cell::{Cell, Mesh, MeshNode, MeshSet, Shape};
 pub use cursor::MeshError;
+pub use gmsh_text::write_gmsh;
 
 use crate::catalogue::catalogue;
 

@@ -1,6 +1,6 @@
 //! Files of every kind that is read, and files that are none.
 
-use super::{Mesh, Shape, read};
+use super::{Mesh, MeshNode, MeshSet, Shape, read, write_gmsh};
 
 /// A square of two triangles and a quadrilateral beside it, with its left edge and a corner.
 const SQUARES: &str = "$MeshFormat
@@ -189,6 +189,55 @@ fn second_order_cells_have_the_order_of_the_elements() {
 }
 
 /// Cut, empty and wrong files are refused with the place.
+/// Nodes, then cells and sets by their numbers.
+type Told = (Vec<MeshNode>, Vec<(u64, Shape, Vec<u64>)>, Vec<(String, Vec<u64>)>);
+
+fn told(mesh: &Mesh) -> Told {
+    let nodes = |c: usize| mesh.nodes_of(c).iter().map(|&n| mesh.nodes[n].id).collect();
+    let mut cells: Vec<_> = mesh.cells.iter().enumerate().map(|(i, c)| (c.id, c.shape, nodes(i))).collect();
+    cells.sort();
+    let mut sets: Vec<(String, Vec<u64>)> = Vec::new();
+    for set in &mesh.sets {
+        let mut ids: Vec<u64> = set.cells.iter().map(|&c| mesh.cells[c].id).collect();
+        ids.sort_unstable();
+        sets.push((set.name.clone(), ids));
+    }
+    sets.sort();
+    (mesh.nodes.clone(), cells, sets)
+}
+
+#[test]
+fn what_is_written_is_read_as_the_same_mesh() {
+    let squares = read(SQUARES.as_bytes()).unwrap();
+    assert_eq!(told(&read(write_gmsh(&squares).as_bytes()).unwrap()), told(&squares));
+    // Every shape, in sets that share cells and have several dimensions, with numbers that no short decimal is.
+    let shapes = [
+        Shape::Point,
+        Shape::Line2,
+        Shape::Triangle3,
+        Shape::Quadrilateral4,
+        Shape::Tetrahedron4,
+        Shape::Tetrahedron10,
+        Shape::Hexahedron8,
+        Shape::Hexahedron20,
+        Shape::Wedge6,
+        Shape::Wedge15,
+        Shape::Pyramid5,
+        Shape::Pyramid13,
+    ];
+    let mut mesh = Mesh::default();
+    for id in 1..=20 {
+        mesh.add_node(MeshNode { id: 3 * id, at: [1.0 / id as f64, -1e-7 * id as f64, 1e9 / 7.0] });
+    }
+    for (i, shape) in shapes.into_iter().enumerate() {
+        mesh.add_cell(100 - i as u64, shape, (0..shape.n_nodes()).rev());
+    }
+    mesh.sets.push(MeshSet { name: "all of it".into(), cells: (0..shapes.len()).collect() });
+    mesh.sets.push(MeshSet { name: "some".into(), cells: vec![1, 3, 5] });
+    assert_eq!(told(&read(write_gmsh(&mesh).as_bytes()).unwrap()), told(&mesh));
+    assert_eq!(told(&read(write_gmsh(&Mesh::default()).as_bytes()).unwrap()), told(&Mesh::default()));
+}
+
 #[test]
 fn damaged_files_are_refused() {
     for end in (0..SQUARES.len() - 1).step_by(7) {

@@ -75,7 +75,12 @@ fn load(
         }
         named.push((name.clone(), index));
     }
-    problems.is_empty().then_some(PlacedMesh { mesh, named })
+    let mut prefixes: Vec<(String, u64)> = entry.prefixes.iter().map(|(p, offset)| (p.clone(), *offset)).collect();
+    prefixes.sort_by_key(|p| p.1);
+    if prefixes.is_empty() {
+        prefixes.push(("n".to_string(), 0));
+    }
+    problems.is_empty().then_some(PlacedMesh { mesh, named, prefixes })
 }
 
 /// The node of the mesh that a rule means, where it means one.
@@ -108,9 +113,8 @@ pub(super) fn set_of<'s>(spec: &'s ModelSpec, geometry: &Geometry, nodes: &[usiz
     let mut wanted = nodes.to_vec();
     wanted.sort_unstable();
     let is_it = |set: &&mesh::MeshSet| {
-        let name = |n: usize| format!("n{}", loaded.mesh.nodes[n].id);
         let own: Option<Vec<usize>> =
-            loaded.mesh.nodes_of_set(set).into_iter().map(|n| geometry.node(&name(n))).collect();
+            loaded.mesh.nodes_of_set(set).into_iter().map(|n| geometry.node(&loaded.name(n))).collect();
         own.is_some_and(|mut own| {
             own.sort_unstable();
             own == wanted
@@ -122,8 +126,7 @@ pub(super) fn set_of<'s>(spec: &'s ModelSpec, geometry: &Geometry, nodes: &[usiz
 /// Puts the nodes of sets into the lists of the file that name the sets, and gives nodes of two names the one of the file.
 fn expand(spec: &mut ModelSpec, loaded: &PlacedMesh) {
     let own: HashMap<usize, &str> = loaded.named.iter().map(|(name, i)| (*i, name.as_str())).collect();
-    let name_of =
-        |i: usize| own.get(&i).map_or_else(|| format!("n{}", loaded.mesh.nodes[i].id), |name| (*name).to_string());
+    let name_of = |i: usize| own.get(&i).map_or_else(|| loaded.name(i), |name| (*name).to_string());
     let known: std::collections::HashSet<String> = spec.nodes.keys().cloned().collect();
     let single = |name: &mut String| {
         if !known.contains(name.as_str())

@@ -6,7 +6,7 @@ use crate::{DONE, WRONG_INPUT, files, ledger, writing};
 use retune::deck::{Deck, DeckError, KeywordDeck, Source, is_keyword_deck};
 use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
 use retune::modal::SolveOptions;
-use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune::model::{Model, ParametricModel, Registry, solve_modes};
 use retune::report::text::number;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -81,6 +81,14 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     let Some(output) = &args.output else {
         return Err(Failure::text("nothing to write: give `-o MODEL.yaml`"));
     };
+    let mesh = imported.mesh.as_ref().map(|mesh| (output.with_file_name(&mesh.name), &mesh.text));
+    let mesh = mesh.filter(|(path, text)| !is_the_same(path, text));
+    if let Some((path, text)) = mesh {
+        writing::check_room(&path, args.overwrite.force, text.len())?;
+        if writing::write(&path, text) {
+            print(&format!("written     {}\n", shown(&path)));
+        }
+    }
     if writing::write(output, &imported.text) {
         print(&format!("written     {}\n", shown(output)));
     }
@@ -106,15 +114,21 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
         return Ok(DONE);
     }
     // The model is whole, or the import has a fault: said with the line of the file.
-    match load(&imported.text, &Registry::builtin()) {
+    match imported.load(&Registry::builtin()) {
         Ok(_) => Ok(DONE),
         Err(problems) => Err(Failure::problems(output, &imported.text, &problems)),
     }
 }
 
+/// Whether a file holds a text already, as it does when a deck is imported once more.
+fn is_the_same(path: &Path, text: &str) -> bool {
+    std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == text.len() as u64)
+        && std::fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes())
+}
+
 /// What the deck would be in every system of units.
 pub(super) fn choices(imported: &Imported) -> Result<String, Failure> {
-    let model = match load(&imported.text, &Registry::builtin()) {
+    let model = match imported.load(&Registry::builtin()) {
         Ok((model, ..)) => model,
         Err(problems) => return Err(Failure::problems(Path::new("model.yaml"), &imported.text, &problems)),
     };

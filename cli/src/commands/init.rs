@@ -5,8 +5,8 @@ use crate::args::{Init, InitOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, schemas, writing};
 use retune::data::{Sensor, write_test};
-use retune::exchange::{ImportOptions, SYSTEMS, Solver, System};
-use retune::model::{Model, ParametricModel, Registry, load};
+use retune::exchange::{ImportOptions, MeshFile, SYSTEMS, Solver, System};
+use retune::model::{Model, ParametricModel, Registry, load_in};
 use retune::update::{TwinOptions, TwinStory, node_sensors, twin_modes};
 use std::path::{Path, PathBuf};
 
@@ -27,6 +27,7 @@ fn templates(of: InitOf) -> [&'static str; 2] {
 struct Project {
     model: String,
     test: Option<String>,
+    mesh: Option<MeshFile>,
     has_parameters: bool,
 }
 
@@ -54,13 +55,14 @@ pub(crate) fn run(args: &Init) -> Result<u8, Failure> {
         },
         (None, structure) => {
             let [model, test] = templates(structure.unwrap_or(InitOf::Beam)).map(str::to_string);
-            (Project { model, test: Some(test), has_parameters: true }, String::new())
+            (Project { model, test: Some(test), mesh: None, has_parameters: true }, String::new())
         }
     };
     let mut outputs = vec![(at("model.yaml"), project.model)];
     outputs.extend(project.test.map(|test| (at("test.yaml"), test)));
     let has_test = outputs.len() == 2;
     outputs.push((at("objective.yaml"), OBJECTIVE.to_string()));
+    outputs.extend(project.mesh.map(|mesh| (at(&mesh.name), mesh.text)));
     outputs.extend(schema_files.into_iter().map(|(path, of)| (path, format!("{:#}\n", schemas::schema(of)))));
     std::fs::create_dir_all(at("schemas"))
         .map_err(|e| Failure::text(format!("cannot make the folder {}: {e}", shown(folder))))?;
@@ -69,7 +71,7 @@ pub(crate) fn run(args: &Init) -> Result<u8, Failure> {
     }
     let mut out = report;
     for (path, text) in &outputs {
-        if writing::write(path, text) && path.extension().is_some_and(|e| e == "yaml") {
+        if writing::write(path, text) && path.extension().is_some_and(|e| e == "yaml" || e == "msh") {
             out += &format!("written: {}\n", shown(path));
         }
     }
@@ -104,7 +106,7 @@ fn of_deck(path: &Path, units: Option<&'static System>) -> Result<Result<(Projec
          # update keeps to. `retune export updated.yaml --into {file} -o updated.bdf` writes what was learnt back.\n{}",
         imported.text
     );
-    let model = match load(&text, &Registry::builtin()) {
+    let model = match load_in(&text, None, &Registry::builtin(), &mut |file| imported.file(file)) {
         Ok((model, ..)) => model,
         Err(problems) => return Err(Failure::problems(path, &text, &problems)),
     };
@@ -116,7 +118,7 @@ fn of_deck(path: &Path, units: Option<&'static System>) -> Result<Result<(Projec
     }
     let has_parameters = !model.parameters().free().is_empty();
     let test = test_of(&model)?;
-    Ok(Ok((Project { model: text, test, has_parameters }, format!("{}\n", imported.report))))
+    Ok(Ok((Project { model: text, test, mesh: imported.mesh, has_parameters }, format!("{}\n", imported.report))))
 }
 
 /// Sensors of the test of a deck, at most: enough to tell its lowest modes apart, and few enough to read.

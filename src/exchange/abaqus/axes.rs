@@ -117,7 +117,7 @@ impl Importer<'_> {
     }
 
     fn write_frame(&mut self, name: &str, origin: [f64; 3], axes: [[f64; 3]; 3]) {
-        let value = crate::exchange::writer::frame(self.lengths(origin), axes);
+        let value = crate::exchange::text::frame(self.lengths(origin), axes);
         self.out.entry(Block::Frames, name, &value, "");
     }
 

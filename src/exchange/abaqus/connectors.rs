@@ -8,7 +8,8 @@ use super::scopes::At;
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, map};
+use crate::exchange::text::map;
+use crate::exchange::writer::Block;
 use crate::model::{minus, unit};
 
 /// A type of connection: components that it holds, and whether it measures along the line between its nodes alone.

@@ -9,7 +9,8 @@ use crate::exchange::imported::{ImportOptions, KeyedBound, KeyedOrigins};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
 use crate::exchange::system::Quantity;
-use crate::exchange::writer::{Block, Writer, computed, exact, with_unit};
+use crate::exchange::text::{computed, exact, with_unit};
+use crate::exchange::writer::{Block, Writer};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 
@@ -212,19 +213,33 @@ impl<'a> Importer<'a> {
 
     /// Writes one of the elements that an element becomes, into the group of its section.
     pub(super) fn element(&mut self, block: Block, at: At, part: usize, value: &str) {
+        let name = self.new_element(at, part);
+        self.out.entry(block, &name, value, "");
+    }
+
+    /// Writes an entry of `elements`.
+    ///
+    /// * `items` - its type, its nodes, and what else it has
+    pub(super) fn listed(&mut self, at: At, part: usize, items: &[(String, String)]) {
+        let name = self.new_element(at, part);
+        self.out.element(Block::Elements, &name, items);
+    }
+
+    /// The name of an element, which joins the group of its section.
+    fn new_element(&mut self, at: At, part: usize) -> String {
         let e = &self.all.body(at.instance).elements[at.index as usize];
         let plain = format!("{}{}_{}", self.prefixes[at.instance as usize], e.kind.name.to_lowercase(), e.id);
         let plain = if e.kind.becomes.len() > 1 { format!("{plain}_{}", part + 1) } else { plain };
         let name = self.element_names.unique(&plain);
-        self.out.entry(block, &name, value, "");
         if let Some(k) = self.point {
             self.origins.points.insert(name.clone(), k);
         }
         let own = self.groups.len().saturating_sub(1) as u32;
         if let Some(group) = self.groups.last_mut() {
             self.written.entry(at).or_insert([own, group.1.len() as u32, 0])[2] += 1;
-            group.1.push(name);
+            group.1.push(name.clone());
         }
+        name
     }
 
     /// Says how an element of retune differs.
@@ -248,7 +263,7 @@ impl<'a> Importer<'a> {
         let values = make(self)?;
         let label = k.label("ELSET").unwrap_or_default();
         let name = self.section_names.unique(&section_word(k, &label));
-        self.out.entry(Block::Sections, &name, &crate::exchange::writer::map(&values), "");
+        self.out.entry(Block::Sections, &name, &crate::exchange::text::map(&values), "");
         self.sections.insert((k.index(), variant.to_string()), name.clone());
         self.origins.sections.insert(name.clone(), (k.index(), self.bound()));
         Ok(name)

@@ -6,7 +6,7 @@ use super::scopes::At;
 use crate::deck::{DataLine, DeckError, Keyword, label};
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{computed, list, map};
+use crate::exchange::text::{computed, list, map};
 use crate::model::{cross, minus, unit};
 use std::f64::consts::{PI, TAU};
 

@@ -8,7 +8,8 @@ use crate::deck::{DataLine, DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::motions::{self, Placed, Term};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, list};
+use crate::exchange::text::{computed, list};
+use crate::exchange::writer::Block;
 use crate::model::{minus, unit};
 use std::collections::BTreeMap;
 

@@ -6,7 +6,8 @@ use super::kinds::Family;
 use super::profile::{self, Profile};
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, direction, map};
+use crate::exchange::text::{computed, direction, map};
+use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus, plus, unit};
 
 /// A section of beams with its material and direction.

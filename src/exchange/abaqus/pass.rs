@@ -6,9 +6,10 @@ use super::kinds::Family;
 use super::scopes::{At, Body};
 use super::{connectors, links, materials, members, points, shells, solids, supports, ties};
 use crate::deck::{DeckError, Keyword, KeywordDeck};
-use crate::exchange::imported::{ImportOptions, Imported, KeyedOrigins, Origins, head, quoted};
+use crate::exchange::imported::{ImportOptions, Imported, KeyedOrigins, Origins, head, mesh_name};
 use crate::exchange::system::Quantity;
-use crate::exchange::writer::{Block, clean, list};
+use crate::exchange::text::{clean, quoted};
+use crate::exchange::writer::Block;
 use std::collections::HashSet;
 
 /// Errors of one deck that are told at once.
@@ -127,10 +128,10 @@ impl<'a> Importer<'a> {
                 } else {
                     self.lengths(p)
                 };
-                entries.push((self.node_name(at), value));
+                entries.push((self.node_name(at), value, p));
             }
-            for (name, value) in entries {
-                self.out.entry(Block::Nodes, &name, &value, "");
+            for (name, value, at) in entries {
+                self.out.node(&name, &value, Some(at), "");
             }
         }
     }
@@ -215,7 +216,7 @@ impl<'a> Importer<'a> {
 
     fn write_groups(&mut self) {
         for (name, members, _) in self.groups.iter().filter(|g| !g.1.is_empty()) {
-            self.out.entry(Block::Groups, name, &list(members), "");
+            self.out.group(name, members);
         }
         for i in 0..self.all.instances.len() as u32 {
             let body = self.all.body(i);
@@ -223,22 +224,20 @@ impl<'a> Importer<'a> {
             let names: Vec<String> = named.map(|(name, _)| name.clone()).collect();
             for name in names {
                 let mut seen = HashSet::new();
-                let mut members: Vec<&String> = Vec::new();
+                let mut members: Vec<String> = Vec::new();
                 for at in self.all.elements(i, &name).unwrap_or_default().into_iter().filter(|at| seen.insert(*at)) {
                     if let Some([group, first, count]) = self.written.get(&at).map(|w| w.map(|v| v as usize)) {
-                        members.extend(&self.groups[group].1[first..first + count]);
+                        members.extend_from_slice(&self.groups[group].1[first..first + count]);
                     }
                 }
                 // The set of a section is the section's group already.
-                let is_served = |g: &(String, Vec<String>, bool)| {
-                    g.1.len() == members.len() && g.1.iter().eq(members.iter().copied())
-                };
+                let is_served = |g: &(String, Vec<String>, bool)| g.1 == members;
                 if members.is_empty() || self.groups.iter().any(is_served) {
                     continue;
                 }
                 let own = format!("{}{}", self.prefixes[i as usize], word(&name, "set"));
                 let own = self.element_names.unique(&own);
-                self.out.entry(Block::Groups, &own, &list(&members), "");
+                self.out.group(&own, &members);
             }
         }
         if self.options.parameter_per_property {
@@ -293,6 +292,8 @@ impl<'a> Importer<'a> {
         self.report.notes.sort();
         let head = head(&self.report, &file, self.options.system, &title);
         let origins = Origins { keyed: self.keyed_origins(), ..Origins::default() };
-        Imported { text: self.out.finish(&head), report: self.report, test: None, origins }
+        let unit = self.unit(Quantity::Length);
+        let (text, mesh) = self.out.finish(&head, &mesh_name(self.deck.sources()[0].path()), unit);
+        Imported { text, report: self.report, mesh, test: None, origins }
     }
 }

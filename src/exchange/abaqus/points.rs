@@ -6,7 +6,8 @@ use super::scopes::At;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, exact, map, with_unit};
+use crate::exchange::text::{exact, map, with_unit};
+use crate::exchange::writer::Block;
 
 /// Writes the masses of a MASS.
 pub(super) fn masses(importer: &mut Importer<'_>, k: &Keyword<'_>, elements: &[At]) -> Result<(), DeckError> {
@@ -172,12 +173,12 @@ pub(super) fn springs(
                         properties.push((format!("{prefix}_{dof}"), with_unit(&exact(sign * factor), unit)));
                     }
                 }
-                let value = map(&[
+                let items = [
                     ("type", "scalar_spring".to_string()),
                     ("nodes", format!("[{}]", names.join(", "))),
                     ("properties", map(&properties)),
-                ]);
-                importer.element(Block::Elements, *at, 0, &value);
+                ];
+                importer.listed(*at, 0, &items.map(|(key, value)| (key.to_string(), value)));
             }
         }
     }

@@ -6,7 +6,7 @@ use super::layers;
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, map};
+use crate::exchange::text::computed;
 use crate::model::{plus, unit};
 
 /// What a section of shells says.
@@ -163,7 +163,7 @@ pub(super) fn section(
                 let angle = angle_from_global(normal, direction) + more + own;
                 values.push(("properties".to_string(), format!("{{angle: {} rad}}", computed(angle))));
             }
-            importer.element(Block::Elements, *at, part, &map(&values));
+            importer.listed(*at, part, &values);
         }
         importer.differs(kind);
     }

@@ -3,7 +3,6 @@
 use super::importer::{Importer, Solver};
 use super::kinds::Family;
 use crate::deck::{DeckError, Keyword};
-use crate::exchange::writer::{Block, map};
 
 /// Writes the solids of a SOLID SECTION.
 pub(super) fn section(
@@ -53,7 +52,7 @@ pub(super) fn section(
             values.push(("frame".to_string(), importer.frame_at(o, centre)));
         }
         importer.differs(kind);
-        importer.element(Block::Elements, *at, 0, &map(&values));
+        importer.listed(*at, 0, &values);
     }
     Ok(())
 }

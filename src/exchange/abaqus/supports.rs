@@ -5,7 +5,8 @@ use super::scopes::At;
 use crate::catalogue::did_you_mean;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::motions;
-use crate::exchange::writer::{Block, list};
+use crate::exchange::text::list;
+use crate::exchange::writer::Block;
 
 /// Named types and the dofs that they hold, as digits.
 const TYPES: &[(&str, &str)] = &[

@@ -12,7 +12,7 @@ use super::tied::Tied;
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::motions::Term;
-use crate::exchange::writer::exact;
+use crate::exchange::text::exact;
 use crate::model::{dot, minus, plus, rigid_motion};
 use std::collections::HashMap;
 

@@ -11,7 +11,7 @@ use crate::deck::{DeckError, Keyword, KeywordChanges, KeywordDeck, keyword_real}
 use crate::exchange::abaqus::import_keywords;
 use crate::exchange::imported::{ImportOptions, Imported, KeyedBound, KeyedOrigins, Solver};
 use crate::exchange::system::{Quantity as Q, System, system_by_name};
-use crate::model::{Model, ParametricModel, PlacedElement, Registry, load};
+use crate::model::{Model, ParametricModel, PlacedElement, Registry};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -69,7 +69,7 @@ pub fn export_keywords(deck: &KeywordDeck, updated: &Model) -> Result<Exported, 
 
 fn model_of(deck: &KeywordDeck, options: ImportOptions) -> Result<(Model, Imported), ExportError> {
     let imported = import_keywords(deck, options).map_err(|e| ExportError::Deck(e[0].clone()))?;
-    match load(&imported.text, &Registry::builtin()) {
+    match imported.load(&Registry::builtin()) {
         Ok((model, ..)) => Ok((model, imported)),
         Err(problems) => Err(ExportError::Model(problems.first().map_or_else(String::new, |p| p.message.clone()))),
     }

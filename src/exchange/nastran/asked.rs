@@ -3,7 +3,7 @@
 use super::names::node;
 use crate::deck::Deck;
 use crate::exchange::report::ImportReport;
-use crate::exchange::writer::{computed, direction};
+use crate::exchange::text::{computed, direction};
 use crate::modal::SolveOptions;
 use crate::model::{Model, ParametricModel, lint, solve_modes};
 use std::collections::BTreeMap;
@@ -86,7 +86,7 @@ pub(super) fn test(deck: &Deck, asked: &Asked, model: Option<&Model>, report: &m
         return None;
     }
     let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let file = crate::exchange::writer::clean(&file).replace(['"', '\\'], "");
+    let file = crate::exchange::text::clean(&file).replace(['"', '\\'], "");
     let mut text = format!(
         "# What the optimisation of {file} asks for: goals of its objective, and the middles of its intervals with half of their width.\n\
          retune_test: 1\nname: \"targets of {file}\"\nsources:\n  deck: {{kind: measured, text: \"as DRESP1, DCONSTR and DESOBJ of {file} ask for; the deck does not say who measured them\"}}\n"

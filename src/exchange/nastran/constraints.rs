@@ -102,7 +102,7 @@ impl Importer<'_> {
             let nodes = if plain.len() == 1 {
                 format!("node: {}", plain[0])
             } else {
-                format!("nodes: {}", crate::exchange::writer::list(&plain))
+                format!("nodes: {}", crate::exchange::text::list(&plain))
             };
             let fixed = if all { String::new() } else { format!(", fixed: {}", motions::dofs(flags)) };
             let name = self.names.unique(name);

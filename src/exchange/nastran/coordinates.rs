@@ -7,7 +7,8 @@ use crate::element::Dof;
 use crate::exchange::coord::{Coord, GLOBAL_COORD, Kind};
 use crate::exchange::motions::Placed;
 use crate::exchange::system::Quantity;
-use crate::exchange::writer::{Block, exact, with_unit};
+use crate::exchange::text::{exact, with_unit};
+use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -174,7 +175,7 @@ impl<'a> Importer<'a> {
     pub(super) fn write_frame(&mut self, name: &str, origin: [f64; 3], axes: [[f64; 3]; 3]) {
         let unit = self.unit(Quantity::Length);
         let origin = origin.map(|x| with_unit(&exact(x), unit)).join(", ");
-        let value = crate::exchange::writer::frame(format!("[{origin}]"), axes);
+        let value = crate::exchange::text::frame(format!("[{origin}]"), axes);
         self.out.entry(Block::Frames, name, &value, "");
     }
 }
@@ -200,7 +201,8 @@ fn grid(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
     } else {
         importer.lengths(own.position)
     };
-    importer.entry(Block::Nodes, &name, &value, "");
+    importer.comments(Block::Nodes);
+    importer.out.node(&name, &value, Some(own.position), "");
     if let Some(frame) = super::springs::frame_of_grid(importer, &name, &own) {
         importer.turned.entry(frame).or_default().push(name.clone());
     }

@@ -3,7 +3,7 @@
 use super::{CardRule, left_out, refused, used};
 use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::names::slug;
-use crate::exchange::writer::{computed, with_unit};
+use crate::exchange::text::{computed, with_unit};
 use crate::units::Unit;
 use std::collections::{BTreeMap, HashMap, HashSet};
 

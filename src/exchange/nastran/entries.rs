@@ -5,7 +5,8 @@ use crate::deck::{Card, DeckError};
 use crate::exchange::imported::{Bound, ElementOrigin};
 use crate::exchange::names::slug;
 use crate::exchange::system::Quantity;
-use crate::exchange::writer::{Block, computed, exact, map, with_unit};
+use crate::exchange::text::{computed, exact, map, with_unit};
+use crate::exchange::writer::Block;
 
 impl<'a> Importer<'a> {
     /// A grid point that a field names.
@@ -147,10 +148,15 @@ impl<'a> Importer<'a> {
 
     /// Writes an entry below the comments that stand above its card.
     pub(super) fn entry(&mut self, block: Block, name: &str, value: &str, remark: &str) {
+        self.comments(block);
+        self.out.entry(block, name, value, remark);
+    }
+
+    /// Puts the comments of the deck above the next entry of a block.
+    pub(super) fn comments(&mut self, block: Block) {
         for comment in std::mem::take(&mut self.pending) {
             self.out.comment(block, &comment);
         }
-        self.out.entry(block, name, value, remark);
     }
 
     /// Writes an element with its number, which no other element may have, into the groups of its property and its heading.
@@ -184,7 +190,8 @@ impl<'a> Importer<'a> {
         self.origins.largest = self.origins.largest.max(eid);
         let of = part.map_or_else(String::new, |part| format!("_{}", part + 1));
         let name = self.names.unique(&format!("{}_{eid}{of}", card.name().to_lowercase()));
-        self.entry(block, &name, &map(&values.items), "");
+        self.comments(block);
+        self.out.element(block, &name, &values.items);
         if let Some(property) = property {
             let pid = property.id_at(2, "PID").unwrap_or(0);
             let group = self.property_group(property, pid);

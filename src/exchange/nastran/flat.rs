@@ -4,7 +4,7 @@ use super::importer::{Importer, Values};
 use super::materials::{isotropic, sheet};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::computed;
+use crate::exchange::text::computed;
 
 /// The section that a property became.
 pub(super) struct ShellSection {

@@ -7,11 +7,13 @@ use super::{Treatment, rule};
 use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
 use crate::exchange::coord::{Coord, GLOBAL_COORD};
-use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, Plane, head, quoted};
+use crate::exchange::imported::{Bound, ImportOptions, Imported, Origins, Plane, head, mesh_name};
 use crate::exchange::names::{Taken, heading, slug};
 use crate::exchange::report::ImportReport;
-use crate::exchange::writer::{Block, Writer, clean, exact, list, map};
-use crate::model::{Registry, load};
+use crate::exchange::system::Quantity;
+use crate::exchange::text::{clean, exact, list, map, quoted};
+use crate::exchange::writer::{Block, Writer};
+use crate::model::Registry;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Numbers that must be found: one space of numbers per kind.
@@ -117,7 +119,7 @@ pub fn import(deck: &Deck, options: ImportOptions) -> Result<Imported, Vec<DeckE
     let mut imported = importer.finish();
     if !(asked.frequencies.is_empty() && asked.components.is_empty()) {
         // The solver counts motions without frequency as modes.
-        let model = load(&imported.text, &Registry::builtin()).ok().map(|(model, ..)| model);
+        let model = imported.load(&Registry::builtin()).ok().map(|(model, ..)| model);
         imported.test = super::asked::test(deck, &asked, model.as_ref(), &mut imported.report);
     }
     Ok(imported)
@@ -329,7 +331,7 @@ impl<'a> Importer<'a> {
             let more = if count > 1 { format!(" ({count} of them)") } else { String::new() };
             errors.push(deck.error(first, None, format_args!("no card of this name is known{more}{suggestion}")));
         }
-        if errors.is_empty() && self.out.is_empty(Block::Nodes) {
+        if errors.is_empty() && !self.out.has_nodes() {
             let file = deck.sources()[0].name().to_string();
             let message = "the deck has no GRID".to_string();
             errors.push(DeckError { file, line: 0, card: String::new(), field: None, message });
@@ -344,7 +346,7 @@ impl<'a> Importer<'a> {
         }
         self.write_design();
         for (name, members) in groups.values().filter(|g| g.1.len() > 1 || g.0.starts_with('p')) {
-            self.out.entry(Block::Groups, name, &list(members), "");
+            self.out.group(name, members);
         }
         let deck = self.deck;
         let file = deck.sources()[0].path().file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
@@ -370,7 +372,9 @@ impl<'a> Importer<'a> {
         let title = deck.case_control().value("TITLE", self.options.subcase).unwrap_or(&file).to_string();
         let head = head(&self.report, &file, self.options.system, &title);
         self.report.notes.sort();
-        Imported { text: self.out.finish(&head), report: self.report, test: None, origins: self.origins }
+        let unit = self.unit(Quantity::Length);
+        let (text, mesh) = self.out.finish(&head, &mesh_name(deck.sources()[0].path()), unit);
+        Imported { text, report: self.report, mesh, test: None, origins: self.origins }
     }
 
     /// Parameters of the variables that any field follows.
@@ -408,7 +412,7 @@ impl<'a> Importer<'a> {
             }
             items.push((
                 "description",
-                format!("\"DESVAR {} {}\"", v.id, crate::exchange::writer::clean(&v.label).replace(['"', '\\'], "")),
+                format!("\"DESVAR {} {}\"", v.id, crate::exchange::text::clean(&v.label).replace(['"', '\\'], "")),
             ));
             self.out.entry(Block::Parameters, &v.name, &map(&items), "");
         }

@@ -6,7 +6,7 @@ use super::materials::{density, density_of};
 use crate::deck::{Card, DeckError};
 use crate::exchange::imported::Bound;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{computed, list, map};
+use crate::exchange::text::{computed, list, map};
 use crate::model::{Ply, sums};
 
 /// A ply of a card, and the fields that are its own.

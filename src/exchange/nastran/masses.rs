@@ -6,7 +6,8 @@ use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, map};
+use crate::exchange::text::map;
+use crate::exchange::writer::Block;
 use crate::model::minus;
 
 pub(super) const CARDS: &[CardRule] = &[

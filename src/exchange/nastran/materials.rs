@@ -180,6 +180,6 @@ pub(super) fn density(importer: &Importer<'_>, card: &Card<'_>, values: &mut Val
 impl Importer<'_> {
     /// A computed stress, with its unit.
     pub(super) fn stress(&self, value: f64) -> String {
-        crate::exchange::writer::with_unit(&crate::exchange::writer::computed(value), self.unit(Quantity::Stress))
+        crate::exchange::text::with_unit(&crate::exchange::text::computed(value), self.unit(Quantity::Stress))
     }
 }

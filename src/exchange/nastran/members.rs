@@ -5,7 +5,8 @@ use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::imported::Plane;
-use crate::exchange::writer::{Block, direction};
+use crate::exchange::text::direction;
+use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
@@ -130,7 +131,7 @@ fn bar<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError
         }
     }
     if !releases.is_empty() {
-        values.items.push(("releases".into(), crate::exchange::writer::map(&releases)));
+        values.items.push(("releases".into(), crate::exchange::text::map(&releases)));
     }
     if is_beam && (!card.is_blank(18) || !card.is_blank(19)) {
         importer.report.approximate("warping of CBEAM (SA, SB) is left out");
@@ -195,7 +196,7 @@ fn conrod<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckEr
     member.check_length(card)?;
     let mut values = member.values();
     let own = super::sections::rod_values(importer, card, [5, 6, 7, 9])?;
-    let items = crate::exchange::writer::map(&own.items);
+    let items = crate::exchange::text::map(&own.items);
     values.items.push(("properties".into(), items));
     values.bounds = own.bounds;
     importer.element(Block::Beams, card, values, None, None).map(|_| ())

@@ -6,7 +6,8 @@ use super::materials::{density, isotropic};
 use super::{CardRule, read, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, map};
+use crate::exchange::text::map;
+use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus};
 
 pub(super) const CARDS: &[CardRule] = &[read("CSHEAR", "shear panels", panel), used("PSHEAR", "shear panels")];
@@ -113,7 +114,7 @@ fn shear_modulus(importer: &Importer<'_>, material: &Card<'_>, values: &mut Valu
     }
     if let Some(nu) = m.nu.filter(|nu| *nu > -1.0 && *nu <= 0.5) {
         if material.is_blank(5) {
-            values.items.push(("nu".into(), crate::exchange::writer::computed(nu)));
+            values.items.push(("nu".into(), crate::exchange::text::computed(nu)));
         } else {
             importer.put(values, ("nu", "nu"), (material, 5, "NU"), nu, (Q::Number, 1.0));
         }

@@ -9,7 +9,8 @@ use super::eigenvectors::{self, Norm};
 use super::importer::Importer;
 use crate::deck::{Card, CardId, Deck, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, with_unit};
+use crate::exchange::text::{computed, with_unit};
+use crate::exchange::writer::Block;
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
 

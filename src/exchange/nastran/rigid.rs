@@ -5,7 +5,8 @@ use super::{CardRule, read, refused};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::motions;
-use crate::exchange::writer::{Block, exact, list};
+use crate::exchange::text::{exact, list};
+use crate::exchange::writer::Block;
 use crate::linalg::DMatrix;
 use crate::model::{minus, rigid_motion};
 

@@ -11,7 +11,7 @@ use super::importer::{Importer, Space, Values};
 use super::materials::{density_of, isotropic};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::computed;
+use crate::exchange::text::computed;
 
 /// Share of the membrane's bending that one without any has.
 const NEXT_TO_NOTHING: f64 = 1e-6;

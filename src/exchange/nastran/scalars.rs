@@ -8,7 +8,8 @@ use super::{CardRule, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::system::Quantity;
-use crate::exchange::writer::{Block, exact, with_unit};
+use crate::exchange::text::{exact, with_unit};
+use crate::exchange::writer::Block;
 
 pub(super) const CARDS: &[CardRule] = &[used("SPOINT", "scalar points")];
 
@@ -58,7 +59,7 @@ impl Importer<'_> {
             let unit = self.unit(Quantity::Length);
             let first = self.grids.iter().min_by_key(|g| g.0).map_or([0.0; 3], |g| g.1.position);
             let at = first.map(|x| with_unit(&exact(x), unit)).join(", ");
-            self.out.entry(Block::Nodes, &name, &format!("{{coordinate: [{at}]}}"), "scalar point");
+            self.out.node(&name, &format!("{{coordinate: [{at}]}}"), None, "scalar point");
         }
         name
     }

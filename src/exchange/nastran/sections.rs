@@ -8,7 +8,7 @@ use super::materials::{density, for_members};
 use super::{CardRule, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{computed, with_unit};
+use crate::exchange::text::{computed, with_unit};
 use std::f64::consts::PI;
 
 pub(super) const CARDS: &[CardRule] = &[

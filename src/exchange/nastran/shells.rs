@@ -10,7 +10,8 @@ use crate::exchange::imported::Bound;
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, map};
+use crate::exchange::text::{computed, map};
+use crate::exchange::writer::Block;
 use crate::model::{cross, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[

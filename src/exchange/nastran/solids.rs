@@ -5,7 +5,8 @@ use super::materials::{density, isotropic, orthotropic};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, computed, with_unit};
+use crate::exchange::text::{computed, with_unit};
+use crate::exchange::writer::Block;
 
 pub(super) const CARDS: &[CardRule] = &[
     read("CTETRA", "solids", solid),

@@ -5,7 +5,8 @@ use super::{CardRule, left_out, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
-use crate::exchange::writer::{Block, exact, with_unit};
+use crate::exchange::text::{exact, with_unit};
+use crate::exchange::writer::Block;
 use crate::model::{GLOBAL, cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[

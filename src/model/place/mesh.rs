@@ -55,7 +55,8 @@ impl Placer<'_> {
             }
         }
         for set in mesh.sets.iter().filter(|s| !spec.parts.contains_key(&s.name)) {
-            let elements: Vec<usize> = set.cells.iter().filter_map(|&c| element_of[c]).collect();
+            let mut elements: Vec<usize> = set.cells.iter().filter_map(|&c| element_of[c]).collect();
+            elements.sort_unstable();
             if !elements.is_empty() && self.claim(&set.name, &child("mesh.parts", &set.name)) {
                 self.sets.insert(set.name.clone(), elements);
             }
@@ -123,7 +124,7 @@ impl Placer<'_> {
         let mut used = vec![false; mesh.nodes.len()];
         (0..mesh.cells.len()).flat_map(|c| mesh.nodes_of(c)).for_each(|&n| used[n] = true);
         for (i, node) in mesh.nodes.iter().enumerate().filter(|(i, _)| used[*i]) {
-            let name = format!("n{}", node.id);
+            let name = loaded.name(i);
             if let Some(known) = self.geometry.node(&name).filter(|k| of[i] != Some(*k)) {
                 let other = self.geometry.names[known].clone();
                 self.error(
@@ -205,11 +206,12 @@ impl Placer<'_> {
             entries.push((shape, entry));
         }
         let mut made = Vec::with_capacity(cells.len());
+        let prefix = part.prefix.as_deref().unwrap_or("e");
         for &c in cells {
             let cell = mesh.cells[c];
             let Some((_, entry)) = entries.iter().find(|(shape, _)| *shape == cell.shape) else { continue };
             let own: Option<Vec<usize>> = mesh.nodes_of(c).iter().map(|&n| nodes[n]).collect();
-            let element = format!("e{}", cell.id);
+            let element = format!("{prefix}{}", cell.id.saturating_sub(part.offset.unwrap_or(0)));
             if self.sets.contains_key(&element) {
                 self.error(
                     &path,

@@ -18,6 +18,10 @@ pub struct MeshSpec {
     /// SHA-256 of the file; a file that is another is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
+    /// What stands before the number of a node in its name, with what is taken off the number: `{a_n: 0, b_n: 1000}` calls node 7 `a_n7` and
+    /// node 1007 `b_n7`. `{n: 0}` when absent.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub prefixes: Named<u64>,
     /// What stands on its sets of cells, by their names; `all` is everything that no other part has. Sets that are not named here are
     /// sets of nodes: edges to hold, points to load.
     pub parts: Named<MeshPartSpec>,
@@ -37,6 +41,12 @@ pub struct MeshPartSpec {
     /// Their type, where the usual one of their shape is not meant: `hex8_reduced` for hexahedra, `bar` for lines, which are beams otherwise.
     #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
+    /// What stands before the number of an element in its name, `e` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prefix: Option<String>,
+    /// What is taken off the number of an element in its name, 0 when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offset: Option<u64>,
     /// Section with their properties.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub section: Option<String>,
