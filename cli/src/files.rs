@@ -3,6 +3,7 @@
 use crate::ledger;
 use crate::output::{Failure, remarks, shown, warn};
 use retune::data::{TestData, corrected_functions, read_test};
+use retune::effect::move_files;
 use retune::model::{Model, Registry, doubts, load_in};
 use retune::update::{UpdateError, check_on_model, loaded as with_masses, meet};
 use retune::yaml::{Problem, Severity, SourceMap};
@@ -39,6 +40,36 @@ pub(crate) fn load(
 ) -> Result<(Model, Vec<Problem>, SourceMap), Vec<Problem>> {
     let folder = path.parent().unwrap_or(Path::new(""));
     load_in(text, configuration, &Registry::builtin(), &mut |file| matrices(&folder.join(file)))
+}
+
+/// The text of a model file that is to stand at another place than it was read from: the files that it names are found from there.
+pub(crate) fn beside(text: &str, from: &Path, to: &Path) -> Result<String, Failure> {
+    let folder = |path: &Path| {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        folder.canonicalize()
+    };
+    let (Ok(from), Ok(to)) = (folder(from), folder(to)) else { return Ok(text.to_string()) };
+    if from == to {
+        return Ok(text.to_string());
+    }
+    let moved = |name: &str| {
+        let path = from.join(name);
+        // A path from the root leads there from anywhere.
+        (!Path::new(name).is_absolute() && path.is_file()).then(|| relative(&path, &to))
+    };
+    Ok(move_files(text, &moved)?)
+}
+
+/// A path as it is seen from a folder; the whole path where they have no root in common.
+fn relative(path: &Path, folder: &Path) -> String {
+    let (own, other): (Vec<_>, Vec<_>) = (path.components().collect(), folder.components().collect());
+    let common = own.iter().zip(&other).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return path.display().to_string();
+    }
+    let up = std::iter::repeat_n("..".to_string(), other.len() - common);
+    let down = own[common..].iter().map(|c| c.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
 }
 
 /// A model in one of its configurations, and its warnings, with what makes every result of it doubtful.

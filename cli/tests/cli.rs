@@ -255,6 +255,28 @@ fn update_writes_only_what_changed_and_never_over_a_file() {
     assert!(said.err.contains("cannot write nowhere/out.yaml"), "{said:?}");
 }
 
+/// A model that is written into another folder finds its mesh from there.
+#[test]
+fn a_model_in_another_folder_keeps_its_mesh() {
+    let folder = Folder::new("moved");
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+    for name in ["plate_wing.yaml", "plate_wing.msh"] {
+        fs::copy(models.join(name), folder.0.join(name)).unwrap();
+    }
+    fs::create_dir_all(folder.0.join("new/deep")).unwrap();
+    let said = folder.run("add plate_wing.yaml point-mass@trailing -o new/deep/heavier.yaml");
+    assert_eq!(said.code, 0, "{said:?}");
+    let written = folder.read("new/deep/heavier.yaml");
+    assert!(written.contains("file: \"../../plate_wing.msh\""), "{written}");
+    // And back beside it, and in the folder itself, where nothing changes.
+    let said = folder.run("add new/deep/heavier.yaml point-mass@leading -o back.yaml");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(folder.read("back.yaml").contains("file: \"plate_wing.msh\""), "{}", folder.read("back.yaml"));
+    let said = folder.run("add plate_wing.yaml point-mass@leading -o beside.yaml");
+    assert_eq!(said.code, 0, "{said:?}");
+    assert!(folder.read("beside.yaml").contains("  file: plate_wing.msh\n"));
+}
+
 #[test]
 fn a_fit_that_falls_short_is_1() {
     let folder = Folder::new("short");

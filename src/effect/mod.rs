@@ -75,7 +75,7 @@ pub use edit::{Edit, NewParameter, PatchError};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::Patch;
 pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
-pub use text::{Undone, set_parameter_values, undo};
+pub use text::{Undone, move_files, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};
 use crate::model::Model;

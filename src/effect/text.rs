@@ -12,7 +12,7 @@ use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 28] = [
+const ORDER: [&str; 29] = [
     "retune",
     "name",
     "description",
@@ -21,6 +21,7 @@ const ORDER: [&str; 28] = [
     "parameters",
     "frames",
     "lines",
+    "mesh",
     "nodes",
     "sections",
     "beams",
@@ -417,4 +418,64 @@ fn shortest(si: f64, factor: f64) -> String {
         .map(|digits| format!("{value:.digits$e}").parse::<f64>().unwrap_or(value))
         .find(|v| (v * factor - si).abs() <= 1e-15 * si.abs())
         .map_or_else(|| number(value), number)
+}
+
+/// Keys under `mesh` and `superelements` whose value may be a path.
+const PATHS: [&str; 7] = ["file", "k", "m", "c", "dofs", "nodes", "matrix"];
+
+/// Gives the files that a model file names, a mesh and matrices, other paths, for it is to stand in another folder; everything else stays.
+///
+/// * `to` - what is to stand in the place of a path; none for what is no file
+///
+/// # Errors
+/// A text that is no YAML; a path that is an alias.
+pub fn move_files(text: &str, to: &dyn Fn(&str) -> Option<String>) -> Result<String, PatchError> {
+    let (all, map) = yaml::read::<Value>(text).map_err(PatchError::Unreadable)?;
+    let mut moved: Vec<(String, String)> = Vec::new();
+    for block in ["mesh", "superelements"] {
+        if let Some(value) = all.get(block) {
+            find_files(value, block, to, &mut moved);
+        }
+    }
+    let mut changes = Vec::new();
+    for (path, new) in moved {
+        let why = "the path is an alias; write it out";
+        let refused = || PatchError::NotEditable { path: path.clone(), why };
+        let start = map.range(&path).ok_or_else(refused)?.start;
+        let end = map.content_end(&path, text).ok_or_else(refused)?;
+        if text[start..end].starts_with(['*', '&', '!']) {
+            return Err(refused());
+        }
+        changes.push((start..end, format!("\"{}\"", new.replace('\\', "\\\\").replace('"', "\\\""))));
+    }
+    changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
+    let mut out = text.to_string();
+    for (range, new) in changes {
+        out.replace_range(range, &new);
+    }
+    Ok(out)
+}
+
+fn find_files(value: &Value, path: &str, to: &dyn Fn(&str) -> Option<String>, found: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(entries) => {
+            // Nodes have names there, and none of them is a file.
+            for (key, value) in entries.iter().filter(|(key, _)| *key != "attach") {
+                let path = child(path, key);
+                match value {
+                    Value::String(file) if PATHS.contains(&key.as_str()) => {
+                        found.extend(to(file).map(|new| (path, new)));
+                    }
+                    Value::String(_) => {}
+                    _ => find_files(value, &path, to, found),
+                }
+            }
+        }
+        Value::Array(list) => {
+            for (i, value) in list.iter().enumerate() {
+                find_files(value, &format!("{path}[{i}]"), to, found);
+            }
+        }
+        _ => {}
+    }
 }

@@ -21,6 +21,7 @@ pub(in crate::exchange) enum Block {
     Overrides,
     RigidLinks,
     WeightedLinks,
+    Ties,
     Supports,
     Constraints,
     Groups,
@@ -28,7 +29,7 @@ pub(in crate::exchange) enum Block {
     Imported,
 }
 
-const BLOCKS: [&str; 19] = [
+const BLOCKS: [&str; 20] = [
     "parameters",
     "frames",
     "mesh",
@@ -43,6 +44,7 @@ const BLOCKS: [&str; 19] = [
     "overrides",
     "rigid_links",
     "weighted_links",
+    "ties",
     "supports",
     "constraints",
     "groups",
@@ -53,10 +55,10 @@ const BLOCKS: [&str; 19] = [
 #[derive(Debug, Clone)]
 pub(in crate::exchange) struct Writer {
     /// But for nodes, elements and groups.
-    blocks: [String; 19],
+    blocks: [String; 20],
     listed: Listed,
     /// Comments that stand above the next entry of a block.
-    pending: [Vec<String>; 19],
+    pending: [Vec<String>; 20],
 }
 
 impl Writer {

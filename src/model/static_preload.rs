@@ -229,6 +229,18 @@ fn apply(model: &Model, load: &Load) -> Result<Found, String> {
     Ok((values, softening))
 }
 
+impl Model {
+    /// What the masses of the structure bear on it under an acceleration of all of them, (n_dof x 1), N: those at supported nodes too, whose inertia
+    /// loads their neighbours, so that it is more than M times the motion of the rows.
+    ///
+    /// # Errors
+    /// An element without a mass at these parameters.
+    pub(crate) fn weight(&self, acceleration: [f64; 3], theta: &[f64]) -> Result<DMatrix<f64>, ModelError> {
+        let (path, factor) = (String::new(), Affine::constant(1.0));
+        forces(self, &Load { path, gravity: acceleration, spin: None, forces: Vec::new(), factor }, theta)
+    }
+}
+
 /// The load on the rows of the matrices, (n_dof x 1).
 fn forces(model: &Model, load: &Load, theta: &[f64]) -> Result<DMatrix<f64>, ModelError> {
     let dofs = model.dof_map();

@@ -56,7 +56,7 @@ fn write<'a>(model: &'a Path, other: Option<&'a Path>, force: bool, text: &str) 
         }
         Some(path) => {
             writing::check_output(path, force)?;
-            Ok(writing::write(path, text).then_some(path))
+            Ok(writing::write(path, &files::beside(text, model, path)?).then_some(path))
         }
     }
 }

@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     if let Some(stem) = &args.output {
         for (i, text) in learned.model_texts(&model_text)?.iter().enumerate() {
             let path = step_file(stem, i);
-            if writing::write(&path, text) {
+            if writing::write(&path, &files::beside(text, &args.model, &path)?) {
                 written.push(path);
             }
         }

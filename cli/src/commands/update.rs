@@ -71,7 +71,8 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
         let values: Vec<(&str, f64)> =
             u.parameters.iter().filter(|p| p.lower.is_some()).map(|p| (p.name.as_str(), p.after_si)).collect();
-        is_written = writing::write(output, &set_parameter_values(&all[0].model_text, &values)?);
+        let text = set_parameter_values(&all[0].model_text, &values)?;
+        is_written = writing::write(output, &files::beside(&text, &args.model.path, output)?);
     }
     let mut assessed: Vec<(&Assessment, &Assessment)> = vec![(&u.before, &u.after)];
     assessed.extend(u.further.iter().map(|f| (&f.before, &f.after)));

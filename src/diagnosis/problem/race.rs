@@ -114,6 +114,8 @@ impl<T> Entry<T> {
         if round == 0 && self.scene.has_functions() {
             chosen = through_modes(&self.scene, &posed, chosen, weight, &method);
         }
+        // Compiled once, before several threads ask for it.
+        posed.costs(&[], &mut []);
         let run = |start: &DVector<f64>| method.minimize(start, &mut Run::new(&posed));
         let found: Vec<_> = chosen.par_iter().map(run).collect();
         let mut runners = Vec::with_capacity(found.len());
@@ -214,7 +216,7 @@ fn lowest(posed: &Posed<'_>, runners: &[Runner], most: usize) -> Vec<DVector<f64
     }
     let unknown: Vec<DVector<f64>> = runners[1..].iter().filter(|r| r.phi.is_none()).map(at).collect();
     let mut found = vec![f64::INFINITY; unknown.len()];
-    // Compiled before threads wait for it.
+    // As above.
     posed.costs(&[], &mut []);
     unknown.par_chunks(BATCH).zip(found.par_chunks_mut(BATCH)).for_each(|(points, out)| posed.costs(points, out));
     let mut found = found.into_iter();

@@ -16,7 +16,7 @@ impl Structure<'_> {
     /// Axial force of every beam that stretches, tension positive, per unit of a global axis's body acceleration, N s²/m.
     ///
     /// ```text
-    /// K u = M r,   N = EA/L (u₂ - u₁)        r: the unit translation along the axis
+    /// K u = M r,   N = EA/L (u₂ - u₁)        r: the unit translation along the axis, of supported nodes too
     /// ```
     ///
     /// None for a structure that is free to move along the axis.
@@ -36,7 +36,7 @@ impl Structure<'_> {
         if r.amax() == 0.0 {
             return None;
         }
-        let load: DMatrix<f64> = m.mul(&r);
+        let load: DMatrix<f64> = self.model.weight(std::array::from_fn(|i| f64::from(i == axis)), &self.theta).ok()?;
         let plan = SparsePlan::new(k, m, &(0..k.n()).collect::<Vec<_>>()).ok()?;
         let u = solve_shifted(&plan, k, m, 0.0, &load).ok()?;
         let size = self.extent();
@@ -55,5 +55,29 @@ impl Structure<'_> {
         };
         let forces: Forces = beams.into_iter().filter_map(force).filter(|(_, f)| f.is_finite()).collect();
         forces.iter().any(|(_, f)| *f != 0.0).then_some(forces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::Context;
+    use crate::model::{Registry, load};
+
+    /// A column of any number of elements carries half of its own mass in its middle, whichever end is held.
+    #[test]
+    fn a_column_carries_half_of_itself() {
+        for (n, base) in [(1, "a"), (1, "b"), (4, "a")] {
+            let text = format!(
+                "retune: 1\nname: column\nnodes: {{a: [0, 0, 0], b: [0, 0, 2]}}\nsections: {{s: {{EA: 1 GN, EIy: 1 MN m2, EIz: 1 MN m2, GJ: 1 MN m2, mass_per_length: 3 kg/m}}}}\nbeams: {{c: {{nodes: [a, b], section: s, subdivide: {n}}}}}\nsupports: {{base: {{node: {base}}}}}\n"
+            );
+            let (model, ..) = load(&text, &Registry::builtin()).unwrap();
+            let context = Context::default();
+            let structure = Structure::new(&model, &context);
+            let forces = structure.forces_of_acceleration(2).expect("it carries itself");
+            let mean = forces.iter().map(|f| f.1).sum::<f64>() / f64::from(n);
+            let expected = if base == "a" { 3.0 } else { -3.0 };
+            assert!((mean - expected).abs() < 1e-9, "{n} {base}: {mean}");
+        }
     }
 }

@@ -173,6 +173,21 @@ fn values_change_and_comments_stay() {
     assert!(set_parameter_values(text, &[("z", 1.0)]).is_err());
 }
 
+/// Paths of a mesh and of matrices are written as they are seen from another folder; names that are no files stay.
+#[test]
+fn paths_follow_a_file_that_moves() {
+    let text = "retune: 1 # one\nname: x\nmesh:\n  file: plate.msh # of May\n  units: mm\n  parts: {k: {section: s}}\nsuperelements:\n  wing: {k: 'wing K.mtx', m: {file: all.op4, matrix: MAAX}, dofs: gone.csv, attach: {k: k}}\n";
+    let is_there = |name: &str| ["plate.msh", "wing K.mtx", "all.op4", "MAAX", "k"].contains(&name);
+    let to = |name: &str| is_there(name).then(|| format!("../old/{name}"));
+    let moved = crate::effect::move_files(text, &|name| to(name).filter(|_| name != "MAAX")).unwrap();
+    let expected = text
+        .replace("plate.msh #", "\"../old/plate.msh\" #")
+        .replace("'wing K.mtx'", "\"../old/wing K.mtx\"")
+        .replace("all.op4", "\"../old/all.op4\"");
+    assert_eq!(moved, expected);
+    assert_eq!(crate::effect::move_files(text, &|_| None).unwrap(), text);
+}
+
 proptest::proptest! {
     /// Any number comes back within 1e-15, in any unit.
     #[test]

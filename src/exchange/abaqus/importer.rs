@@ -269,6 +269,14 @@ impl<'a> Importer<'a> {
         Ok(name)
     }
 
+    /// Names of what an element became; none before its section was read.
+    pub(super) fn names_of(&self, at: At) -> Vec<String> {
+        let Some([group, first, count]) = self.written.get(&at).map(|w| w.map(|v| v as usize)) else {
+            return Vec::new();
+        };
+        self.groups[group].1[first..first + count].to_vec()
+    }
+
     // Ties.
 
     pub(super) fn is_tied(&self, node: At) -> bool {

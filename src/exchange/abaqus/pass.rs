@@ -93,13 +93,7 @@ impl<'a> Importer<'a> {
             };
             add(&mut errors, found)?;
         }
-        let rows: Vec<_> =
-            self.ties.iter().map(|t| (t.name.clone(), self.node_name(t.slave), ties::rows(self, t))).collect();
-        for (tie, node, rows) in rows {
-            for (component, terms) in rows {
-                self.constraint(&format!("{tie}_{node}_{}", component + 1), terms);
-            }
-        }
+        ties::write(self);
         let found = supports::write(self);
         add(&mut errors, found)?;
         if errors.is_empty() { Ok(()) } else { Err(errors) }
@@ -226,9 +220,7 @@ impl<'a> Importer<'a> {
                 let mut seen = HashSet::new();
                 let mut members: Vec<String> = Vec::new();
                 for at in self.all.elements(i, &name).unwrap_or_default().into_iter().filter(|at| seen.insert(*at)) {
-                    if let Some([group, first, count]) = self.written.get(&at).map(|w| w.map(|v| v as usize)) {
-                        members.extend_from_slice(&self.groups[group].1[first..first + count]);
-                    }
+                    members.extend(self.names_of(at));
                 }
                 // The set of a section is the section's group already.
                 let is_served = |g: &(String, Vec<String>, bool)| g.1 == members;

@@ -10,6 +10,8 @@ use std::collections::{BTreeMap, HashMap};
 /// A face of an element, or an edge of a shell.
 #[derive(Debug, Clone)]
 pub(super) struct Face {
+    /// The element.
+    pub of: At,
     /// Corners in order, then the middle nodes of the edges of a quadratic face.
     pub nodes: Vec<At>,
     pub corners: usize,
@@ -28,7 +30,7 @@ impl Importer<'_> {
         let (kind, nodes) = (self.kind(at), self.nodes_of(at));
         let mut all: Vec<At> = corners.iter().map(|i| nodes[*i]).collect();
         all.extend(kinds::middles(kind, corners).into_iter().map(|i| nodes[i]));
-        Face { nodes: all, corners: corners.len(), is_shell: kind.family == Family::Shell }
+        Face { of: at, nodes: all, corners: corners.len(), is_shell: kind.family == Family::Shell }
     }
 
     /// The surface of this name, seen from an instance.

@@ -11,5 +11,7 @@ pub(super) struct Tied {
     /// Whether the rotations of the masters carry the node, and whether they turn it.
     pub arm: Option<[f64; 3]>,
     pub turns: bool,
+    /// The solid of first order on whose face it lies: there a tie of retune is this one, and what a node follows need not be written out.
+    pub on: Option<At>,
     pub name: String,
 }

@@ -12,9 +12,11 @@ use super::tied::Tied;
 use crate::deck::{DeckError, Keyword};
 use crate::element::Dof;
 use crate::exchange::motions::Term;
-use crate::exchange::text::exact;
+use crate::exchange::text::{exact, list, map};
+use crate::exchange::writer::Block;
 use crate::model::{dot, minus, plus, rigid_motion};
-use std::collections::HashMap;
+use indexmap::IndexMap;
+use std::collections::{BTreeSet, HashMap};
 
 type Vector = [f64; 3];
 
@@ -281,8 +283,10 @@ pub(super) fn tie(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
                 arm = None;
             }
             let turns = face.is_shell && slave_is_shell && k.parameter("NOROTATION").is_none();
+            let lies_on_it = (adjust || gap <= 1e-9 * edge(face, &placed[i].0)) && is_flat;
+            let on = (lies_on_it && face.nodes.len() == face.corners).then_some(face.of);
             let masters = face.nodes.iter().copied().zip(shares).filter(|m| m.1.abs() > 1e-12).collect();
-            importer.tied(Tied { slave: node, masters, arm, turns, name: name.clone() });
+            importer.tied(Tied { slave: node, masters, arm, turns, on, name: name.clone() });
         }
         if count == 0 {
             return Err(line.error(
@@ -307,8 +311,34 @@ pub(super) fn tie(importer: &mut Importer<'_>, k: &Keyword<'_>, instance: u32) -
     Ok(())
 }
 
+/// Writes the ties of nodes that lie on faces of solids as ties, the others as constraints.
+pub(super) fn write(importer: &mut Importer<'_>) {
+    let mut on_faces: IndexMap<String, (Vec<String>, BTreeSet<String>)> = IndexMap::new();
+    for tied in std::mem::take(&mut importer.ties) {
+        let node = importer.node_name(tied.slave);
+        let leading = tied.on.map(|at| importer.names_of(at)).unwrap_or_default();
+        if leading.is_empty() {
+            for (component, terms) in rows(importer, &tied) {
+                importer.constraint(&format!("{}_{node}_{}", tied.name, component + 1), terms);
+            }
+        } else {
+            let (nodes, elements) = on_faces.entry(tied.name).or_default();
+            nodes.push(node);
+            elements.extend(leading);
+        }
+    }
+    for (name, (nodes, elements)) in on_faces {
+        let name = importer.element_names.unique(&name);
+        let faces = importer.element_names.unique(&format!("{name}_faces"));
+        importer.out.group(&faces, &elements.into_iter().collect::<Vec<_>>());
+        // Solids turn nothing there.
+        let items = [("nodes", list(&nodes)), ("to", format!("[{faces}]")), ("rotations", "false".to_string())];
+        importer.out.entry(Block::Ties, &name, &map(&items), "");
+    }
+}
+
 /// The rows of a node that follows a face.
-pub(super) fn rows(importer: &Importer<'_>, tied: &Tied) -> Vec<(usize, Vec<Term>)> {
+fn rows(importer: &Importer<'_>, tied: &Tied) -> Vec<(usize, Vec<Term>)> {
     let own = importer.node_name(tied.slave);
     let masters: Vec<(String, f64)> = tied.masters.iter().map(|m| (importer.node_name(m.0), m.1)).collect();
     let mut out = Vec::new();
@@ -348,7 +378,7 @@ mod tests {
         let at = |i: u32| At { instance: 0, index: i };
         let quad = [[0.0, 0.0, 0.0], [2.0, 0.1, 0.3], [2.2, 1.5, 0.1], [-0.1, 1.2, -0.2]];
         for corners in [3_usize, 4] {
-            let face = Face { nodes: (0..corners as u32).map(at).collect(), corners, is_shell: false };
+            let face = Face { of: at(0), nodes: (0..corners as u32).map(at).collect(), corners, is_shell: false };
             for p in [[0.7, 0.6, 0.5], [-1.0, 0.5, 0.2], [3.0, 3.0, 0.0], [1.0, -0.4, -0.3], [1.1, 2.0, 0.4]] {
                 let (distance, point, shares) = nearest(p, &face, &quad[..corners]);
                 assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);

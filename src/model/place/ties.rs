@@ -21,6 +21,9 @@ use std::sync::Arc;
 /// Nodes further from an element than this share of its size are not taken for tied, unless the file says how far they may be.
 const NEAR: f64 = 0.05;
 
+/// Nodes nearer to an element than this share of its size lie on it: an arm of rounding would join them to its other nodes.
+const ON_IT: f64 = 1e-9;
+
 /// An element that leads: its index, the box around it and its size.
 struct Leader {
     element: usize,
@@ -187,7 +190,8 @@ impl Placer<'_> {
             let element = &self.elements[leaders[leader].element];
             let first = element.ends(&self.geometry.positions)[0];
             let at = (0..3).fold(first, |sum, k| plus(sum, point.at[k], element.axes[k]));
-            Found { gap, leader, rows: followed(element, &point.rows, minus(place, at)) }
+            let arm = if gap <= ON_IT * leaders[leader].size { [0.0; 3] } else { minus(place, at) };
+            Found { gap, leader, rows: followed(element, &point.rows, arm) }
         });
         Ok(found)
     }
