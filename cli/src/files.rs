@@ -55,7 +55,11 @@ pub(crate) fn beside(text: &str, from: &Path, to: &Path) -> Result<String, Failu
     let moved = |name: &str| {
         let path = from.join(name);
         // A path from the root leads there from anywhere.
-        (!Path::new(name).is_absolute() && path.is_file()).then(|| relative(&path, &to))
+        if Path::new(name).is_absolute() || !path.is_file() {
+            return None;
+        }
+        let path = folder(&path).ok()?.join(path.file_name()?);
+        Some(relative(&path, &to))
     };
     Ok(move_files(text, &moved)?)
 }
