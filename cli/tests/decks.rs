@@ -129,3 +129,39 @@ fn a_deck_of_keywords_goes_in_and_is_proved() {
     let deck = fs::read_to_string(at("job.inp")).unwrap();
     assert_eq!(fs::read_to_string(at("new.inp")).unwrap(), deck.replace("\n800.\n", "\n900.\n"));
 }
+
+/// A deck of many shells is a model file and a mesh of its name; another model of the deck has another mesh, and neither is written over.
+#[test]
+fn a_large_deck_has_a_mesh_for_each_model() {
+    const N: usize = 45;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let deck = |thickness: &str| {
+        let mut text = format!("CEND\nSPC=1\nBEGIN BULK\nMAT1,1,7.+10,,.3,2700.\nPSHELL,5,1,{thickness},1,,1\n");
+        for (j, i) in (0..=N).flat_map(|j| (0..=N).map(move |i| (j, i))) {
+            text += &format!("GRID,{},,{:.1},{:.1}\n", 1 + i + j * (N + 1), 0.1 * i as f64, 0.1 * j as f64);
+        }
+        for (j, i) in (0..N).flat_map(|j| (0..N).map(move |i| (j, i))) {
+            let a = 1 + i + j * (N + 1);
+            text += &format!("CQUAD4,{},5,{a},{},{},{}\n", 1 + i + j * N, a + 1, a + N + 2, a + N + 1);
+        }
+        text + "SPC1,1,123456,1,THRU,46\nENDDATA\n"
+    };
+    fs::write(at("plate.bdf"), deck(".01")).unwrap();
+    let (code, out, err) = run(folder.path(), "import plate.bdf --units si -o one.yaml");
+    assert!(code == 0 && out.contains("one_mesh.msh") && out.contains("one.yaml"), "{out}{err}");
+    assert!(fs::read_to_string(at("one.yaml")).unwrap().contains("file: \"one_mesh.msh\""));
+    fs::write(at("plate.bdf"), deck(".02").replace("GRID,2116,,4.5,4.5", "GRID,2116,,4.6,4.5")).unwrap();
+    assert_eq!(run(folder.path(), "import plate.bdf --units si -o two.yaml").0, 0);
+    for (name, thickness) in [("one", "0.01 m"), ("two", "0.02 m")] {
+        let (code, out, err) = run(folder.path(), &format!("check {name}.yaml"));
+        assert!(code == 0 && out.contains(&format!("{name}_mesh.msh")), "{out}{err}");
+        assert!(fs::read_to_string(at(&format!("{name}.yaml"))).unwrap().contains(thickness));
+    }
+    // The mesh of a model that is gone is not written over unasked.
+    fs::remove_file(at("one.yaml")).unwrap();
+    let (code, _, err) = run(folder.path(), "import plate.bdf --units si -o one.yaml");
+    assert!(code == 2 && err.contains("one_mesh.msh exists; give --force"), "{err}");
+    assert!(!at("one.yaml").exists());
+    assert_eq!(run(folder.path(), "import plate.bdf --units si -o one.yaml --force").0, 0);
+}

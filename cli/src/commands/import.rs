@@ -4,6 +4,7 @@ use crate::args::{Import, ParametersOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, ledger, writing};
 use retune::deck::{Deck, DeckError, KeywordDeck, Source, is_keyword_deck};
+use retune::effect::move_files;
 use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, solve_modes};
@@ -81,15 +82,20 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     let Some(output) = &args.output else {
         return Err(Failure::text("nothing to write: give `-o MODEL.yaml`"));
     };
-    let mesh = imported.mesh.as_ref().map(|mesh| (output.with_file_name(&mesh.name), &mesh.text));
-    let mesh = mesh.filter(|(path, text)| !is_the_same(path, text));
-    if let Some((path, text)) = mesh {
-        writing::check_room(&path, args.overwrite.force, text.len())?;
-        if writing::write(&path, text) {
-            print(&format!("written     {}\n", shown(&path)));
+    let mut text = imported.text.clone();
+    if let Some(mesh) = &imported.mesh {
+        // Each model has a mesh of its own: a deck that changes is imported once more, and models of the old one stay what they are.
+        let name = format!("{}_mesh.msh", output.file_stem().unwrap_or_default().to_string_lossy());
+        text = move_files(&text, &|file| (file == mesh.name).then(|| name.clone()))?;
+        let path = output.with_file_name(&name);
+        if !is_the_same(&path, &mesh.text) {
+            writing::check_room(&path, args.overwrite.force, mesh.text.len())?;
+            if writing::write(&path, &mesh.text) {
+                print(&format!("written     {}\n", shown(&path)));
+            }
         }
     }
-    if writing::write(output, &imported.text) {
+    if writing::write(output, &text) {
         print(&format!("written     {}\n", shown(output)));
     }
     match (&args.test, &imported.test) {
@@ -109,14 +115,14 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
         }
         (None, None) => {}
     }
-    if imported.text.len() as u64 > files::LARGEST {
+    if text.len() as u64 > files::LARGEST {
         print("notes       the model file is larger than 16 MiB, more than other verbs read: give a coarser mesh\n");
         return Ok(DONE);
     }
     // The model is whole, or the import has a fault: said with the line of the file.
     match imported.load(&Registry::builtin()) {
         Ok(_) => Ok(DONE),
-        Err(problems) => Err(Failure::problems(output, &imported.text, &problems)),
+        Err(problems) => Err(Failure::problems(output, &text, &problems)),
     }
 }
 

@@ -216,7 +216,14 @@ impl Work<'_> {
                                 let read = self.deck.card(property);
                                 let (file, line) = read.place();
                                 let (name, id, old) = (read.name(), read.text(2), read.text(field));
-                                self.told.push(format!("{file}:{line}: {name} {id}, MID: {old} -> {material}"));
+                                let which = match (name, field) {
+                                    ("PSHELL", 3) => "MID1",
+                                    ("PSHELL", 5) => "MID2",
+                                    ("PSHELL", 7) => "MID3",
+                                    ("PSHELL", _) => "MID4",
+                                    _ => "MID",
+                                };
+                                self.told.push(format!("{file}:{line}: {name} {id}, {which}: {old} -> {material}"));
                             }
                             Err(e) => self.refuse(e.to_string()),
                         }
