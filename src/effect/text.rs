@@ -10,6 +10,7 @@ use crate::model::spec::{HistoryEntry, ModelSpec};
 use crate::units::Scalar;
 use crate::yaml::{self, SourceMap, child};
 use serde_json::Value;
+use std::ops::Range;
 
 /// The blocks of a model file in their usual order.
 const ORDER: [&str; 29] = [
@@ -370,26 +371,16 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
             return Err(PatchError::NotFinite { name: name.to_string(), value: si });
         }
         let path = format!("parameters.{name}.value");
-        let why = "the value is an alias; write the number itself";
-        let refused = || PatchError::NotEditable { path: path.clone(), why };
-        let start = map.range(&path).ok_or_else(refused)?.start;
-        let end = map.content_end(&path, text).ok_or_else(refused)?;
-        let old = &text[start..end];
-        if old.starts_with(['*', '&', '!']) {
-            return Err(refused());
-        }
+        let place = value_at(text, &map, &path, "the value is an alias; write the number itself")?;
+        let old = &text[place.clone()];
         let unit = unit_text(&parameter.value);
         let factor = crate::units::Unit::parse(unit).map_or(1.0, |u| u.factor);
         let number = shortest(si, factor);
         let new = if unit.is_empty() { number } else { format!("{number} {unit}") };
         let quote = old.chars().next().filter(|c| matches!(c, '"' | '\''));
-        changes.push((start..end, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
+        changes.push((place, quote.map_or(new.clone(), |q| format!("{q}{new}{q}"))));
     }
-    changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
-    let mut out = text.to_string();
-    for (range, new) in changes {
-        out.replace_range(range, &new);
-    }
+    let out = replaced(text, changes);
     let (now, _) = read(&out)?;
     for &(name, si) in values {
         let si_of = |s: &Scalar| s.terms().iter().map(|t| t.factor).sum::<f64>();
@@ -399,6 +390,27 @@ pub fn set_parameter_values(text: &str, values: &[(&str, f64)]) -> Result<String
         }
     }
     Ok(out)
+}
+
+/// Where a value stands in the text.
+///
+/// # Errors
+/// One that stands elsewhere: an alias, or what comes by a merge; one with an anchor or a tag. `why` is said of it.
+fn value_at(text: &str, map: &SourceMap, path: &str, why: &'static str) -> Result<Range<usize>, PatchError> {
+    let refused = || PatchError::NotEditable { path: path.to_string(), why };
+    let start = map.range(path).ok_or_else(refused)?.start;
+    let end = map.content_end(path, text).ok_or_else(refused)?;
+    if text[start..end].starts_with(['*', '&', '!']) { Err(refused()) } else { Ok(start..end) }
+}
+
+/// The text with other values in some places.
+fn replaced(text: &str, mut changes: Vec<(Range<usize>, String)>) -> String {
+    changes.sort_by_key(|(place, _)| std::cmp::Reverse(place.start));
+    let mut out = text.to_string();
+    for (place, new) in changes {
+        out.replace_range(place, &new);
+    }
+    out
 }
 
 /// The unit as written: `GPa` of `56 GPa`.
@@ -439,21 +451,10 @@ pub fn move_files(text: &str, to: &dyn Fn(&str) -> Option<String>) -> Result<Str
     }
     let mut changes = Vec::new();
     for (path, new) in moved {
-        let why = "the path is an alias; write it out";
-        let refused = || PatchError::NotEditable { path: path.clone(), why };
-        let start = map.range(&path).ok_or_else(refused)?.start;
-        let end = map.content_end(&path, text).ok_or_else(refused)?;
-        if text[start..end].starts_with(['*', '&', '!']) {
-            return Err(refused());
-        }
-        changes.push((start..end, format!("\"{}\"", new.replace('\\', "\\\\").replace('"', "\\\""))));
+        let place = value_at(text, &map, &path, "the path is an alias; write it out")?;
+        changes.push((place, Value::String(new).to_string()));
     }
-    changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
-    let mut out = text.to_string();
-    for (range, new) in changes {
-        out.replace_range(range, &new);
-    }
-    Ok(out)
+    Ok(replaced(text, changes))
 }
 
 fn find_files(value: &Value, path: &str, to: &dyn Fn(&str) -> Option<String>, found: &mut Vec<(String, String)>) {

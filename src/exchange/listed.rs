@@ -408,7 +408,7 @@ sections:
 beams:
   stiffener: {nodes: [n1, n80], section: rod, orientation: [0, 0, 1]}
 supports:
-  root: {nodes: [n0, n10, n20, n30],}
+  root: {nodes: [n0, n10, n20, n30]}
 overrides:
   right: {stiffness: p}
   cquad4_107: {scale: {thickness: 1.5}}
