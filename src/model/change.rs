@@ -473,18 +473,35 @@ impl Change {
         Ok(rigid)
     }
 
-    /// Adds Rᵀ M R of the six rigid motions of what it brings.
-    pub(super) fn add_rigid_mass(&self, rigid: &mut SymMatrix, theta: &[f64], sizes: &[f64]) -> Result<(), ModelError> {
-        for (k, part) in self.parts.iter().enumerate() {
-            match part {
-                Part::Element { element, ends, .. } => {
-                    add_rigid_mass(rigid, 1.0, self.matrices(k, theta, sizes)?.weighed(), &element.axes, ends);
-                }
-                Part::Factored(part) => part.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
-                Part::Supports { .. } => {}
-            }
+    fn add_rigid_mass(&self, rigid: &mut SymMatrix, theta: &[f64], sizes: &[f64]) -> Result<(), ModelError> {
+        (0..self.parts.len()).try_for_each(|part| self.add_rigid_mass_at(part, rigid, theta, sizes))
+    }
+
+    /// Adds what one part of it has of Rᵀ ΔM R at one point.
+    pub(super) fn add_rigid_mass_at(
+        &self,
+        part: usize,
+        rigid: &mut SymMatrix,
+        theta: &[f64],
+        sizes: &[f64],
+    ) -> Result<(), ModelError> {
+        match &self.parts[part] {
+            Part::Element { .. } => self.add_rigid_mass_of(part, &self.matrices(part, theta, sizes)?, rigid),
+            Part::Factored(of) => of.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
+            Part::Supports { .. } => {}
         }
         Ok(())
+    }
+
+    /// Adds Rᵀ m R of the six rigid motions for matrices of one of its elements.
+    pub(super) fn add_rigid_mass_of(&self, part: usize, matrices: &ElementMatrices, rigid: &mut SymMatrix) {
+        let Part::Element { element, before, ends, .. } = &self.parts[part] else { return };
+        let (elements, geometry) = (self.model.elements(), self.model.geometry());
+        // The mass of a coordinate is none of the structure.
+        let is_body = before.is_none_or(|e| !elements[e].nodes.iter().any(|n| geometry.is_coordinate(*n)));
+        if is_body {
+            add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, ends);
+        }
     }
 
     /// Without the coordinates that nothing holds and that nothing is heavy in.

@@ -1,6 +1,7 @@
 //! From a model file to a [`Model`].
 
 mod frozen;
+mod rigid_mass;
 
 use super::assembly::{
     AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
@@ -8,12 +9,12 @@ use super::assembly::{
 use super::character::{ModeCharacter, mirror_rows};
 use super::constraint::{Elimination, active, eliminate};
 use super::critical_preload::CriticalPreload;
-use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point, weighed_mass};
+use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point};
 use super::dof_map::DofMap;
 use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::inside::stretch;
-use super::mass_properties::{MassProperties, add_rigid_mass};
+use super::mass_properties::MassProperties;
 use super::parameter::ParameterSet;
 use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
@@ -23,7 +24,7 @@ use super::system::{SparseSystem, System};
 use super::targets::{Targets, targets};
 use super::{ElementMatrices, MOST_DENSE_DOFS, ModelError, ParametricModel, PointMotion};
 use crate::element::{Dof, ElementInput};
-use crate::linalg::{DMatrix, SymMatrix};
+use crate::linalg::DMatrix;
 use crate::once::Once;
 use crate::yaml::{Problem, Severity, child, version_problem};
 use rayon::prelude::*;
@@ -303,27 +304,6 @@ impl Model {
     ) -> Result<Option<(&Connection, ElementMatrices)>, ModelError> {
         let of = |s: &'_ ElasticSupports| s.matrices(elements, &self.connections, theta);
         self.elastic_supports.as_ref().map(|s| Ok((s.connection(), of(s)?))).transpose()
-    }
-
-    /// Rᵀ M R of the six rigid motions about the origin at θ, (6 x 6).
-    pub fn rigid_mass(&self, theta: &[f64]) -> Result<SymMatrix, ModelError> {
-        let mut rigid = SymMatrix::zeros(6);
-        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
-        for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
-            rigid.add_scaled(factor, mass);
-        }
-        self.general.iter().try_for_each(|&e| self.add_rigid_mass_of(e, theta, &mut rigid))?;
-        Ok(rigid)
-    }
-
-    /// Adds what one element has of it.
-    fn add_rigid_mass_of(&self, element: usize, theta: &[f64], rigid: &mut SymMatrix) -> Result<(), ModelError> {
-        let element = &self.elements[element];
-        if !element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
-            let at = element.ends(&self.geometry.positions);
-            add_rigid_mass(rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
-        }
-        Ok(())
     }
 
     fn is_polynomial(&self) -> bool {

@@ -13,8 +13,8 @@ mod forces;
 mod sum;
 
 use self::forces::NEGLIGIBLE;
-use self::sum::{Projection, Sum, add, of_system, rigid};
-use super::assembly::{AffinePart, Basis, add_basis, symmetrise};
+use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
+use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
 use super::character::ModeCharacter;
 use super::dependence::{Monomial, interior_point};
@@ -27,7 +27,7 @@ use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector, symmetric_eigen, tall_take, tall_tr_mul};
+use crate::linalg::{DMatrix, SymMatrix, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::modal::ModalError;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -72,8 +72,6 @@ struct Placed {
     /// Scales of its new coordinates, and where those begin among all new ones.
     scales: Vec<f64>,
     first_new: usize,
-    /// Whether the model has it itself: all of it that is no polynomial.
-    is_of_model: bool,
 }
 
 /// Elements of a change whose matrices are no polynomials, on the coordinates.
@@ -84,7 +82,7 @@ struct General {
     parts: Vec<usize>,
     /// Rows and new coordinates that they hang on, ascending, and how these move with the coordinates.
     rows: Vec<usize>,
-    motion: DMatrix<f64>,
+    motion: Motion,
 }
 
 /// A large model on few coordinates, with changes.
@@ -98,6 +96,9 @@ pub struct StandIn {
     /// Coordinates of changes that are no combinations of dofs.
     n_new: usize,
     affine: AffinePart,
+    /// Rᵀ M R of the rigid motions in the terms of `affine`, and the parts of changes that are not in it: (change, part).
+    rigid_mass: AffineMass,
+    not_in_rigid_mass: Vec<(usize, usize)>,
     general: Vec<General>,
     dofs: DofMap,
 }
@@ -167,15 +168,15 @@ impl StandIn {
             extra: Arc::new(DMatrix::zeros(n, 0)),
             n_new: 0,
             affine,
+            rigid_mass: model.affine_mass_part().clone(),
+            not_in_rigid_mass: Vec::new(),
             general: Vec::new(),
             dofs,
         };
         if frozen.is_none() {
             return Ok(bare);
         }
-        let mut whole = bare.with(&Arc::new(Change::of_general(model)), &[], &[])?;
-        whole.changes.iter_mut().for_each(|placed| placed.is_of_model = true);
-        Ok(whole)
+        bare.with(&Arc::new(Change::of_general(model)), &[], &[])
     }
 
     /// The model that it stands for, without the changes.
@@ -240,13 +241,11 @@ impl StandIn {
         kept.sort_by(|&a, &b| eigen.values[b].total_cmp(&eigen.values[a]));
         kept.truncate(room);
         kept.sort_unstable();
-        let columns: Vec<DVector<f64>> =
-            kept.iter().map(|&k| &shapes * eigen.vectors.column(k) / eigen.values[k].sqrt()).collect();
+        let mut turned = eigen.vectors.select_columns(&kept);
+        turned.column_iter_mut().zip(&kept).for_each(|(mut c, &k)| c /= eigen.values[k].sqrt());
         let first = self.extra.ncols();
-        let mut extra = (*self.extra).clone().resize_horizontally(first + columns.len(), 0.0);
-        for (k, column) in columns.iter().enumerate() {
-            extra.set_column(first + k, column);
-        }
+        let mut extra = (*self.extra).clone().resize_horizontally(first + kept.len(), 0.0);
+        extra.columns_mut(first, kept.len()).copy_from(&(shapes * turned));
         let mut out = self.clone();
         out.parameters = ParameterSet::new(self.parameters.iter().cloned().chain(sizes.iter().cloned()).collect());
         let m = self.common.basis.ncols();
@@ -254,13 +253,7 @@ impl StandIn {
         out.extra = Arc::new(extra);
         out.n_new = self.n_new + change.n_new();
         let first_size = self.parameters.len() - self.common.model.parameters().len();
-        out.changes.push(Placed {
-            change: change.clone(),
-            first_size,
-            scales,
-            first_new: self.n_new,
-            is_of_model: false,
-        });
+        out.changes.push(Placed { change: change.clone(), first_size, scales, first_new: self.n_new });
         let mut rigid = DMatrix::zeros(size, 6);
         rigid.rows_mut(0, m).copy_from(&self.common.motions);
         out.dofs = DofMap::of_coordinates(size, &rigid);
@@ -310,12 +303,13 @@ impl StandIn {
         let own = self.common.model.parameters().len();
         let mut sum = Sum::new(size, self.parameters.len());
         sum.origin = interior_point(&self.parameters);
+        let masses = self.common.model.affine_mass_part();
         let terms = self.common.affine.bases().zip(&self.common.terms);
-        let grown: Vec<[DMatrix<f64>; 3]> = terms.map(|(basis, term)| self.grown(basis, term)).collect();
-        let mut grown = grown.into_iter();
-        let mut next = |into: &mut [DMatrix<f64>; 3]| {
-            if let Some(from) = grown.next() {
-                into.iter_mut().zip(from).for_each(|(a, b)| *a += b);
+        let mut grown = terms.zip(masses.linear.iter().chain(&masses.products));
+        let mut next = |into: &mut Summed| {
+            if let Some(((basis, term), rigid)) = grown.next() {
+                into.matrices.iter_mut().zip(self.grown(basis, term)).for_each(|(a, b)| *a += b);
+                into.rigid.add_scaled(1.0, rigid);
             }
         };
         next(&mut sum.constant);
@@ -323,14 +317,14 @@ impl StandIn {
         for (monomial, _) in &self.common.affine.products {
             next(sum.product(monomial));
         }
-        let mut general = Vec::new();
+        let (mut general, mut not_in_rigid_mass) = (Vec::new(), Vec::new());
         for (k, placed) in self.changes.iter().enumerate() {
             let first = own + placed.first_size;
             let sizes = self.parameters.iter().skip(first).take(placed.change.n_sizes());
             let parameters = self.common.model.parameters().iter().chain(sizes).cloned().collect();
             let parameters = ParameterSet::new(parameters);
             let rows = placed.change.rows();
-            let motion = self.motion(placed, &rows);
+            let motion = Motion::new(self.motion(placed, &rows));
             let n_rigid = self.common.n_rigid;
             let mut parts = Vec::new();
             // By monomial, and whether it counts from zero.
@@ -338,12 +332,17 @@ impl StandIn {
             for part in 0..placed.change.len() {
                 let Some(terms) = placed.change.terms(part, &parameters, |of| self.on_coordinates(of)) else {
                     parts.push(part);
+                    not_in_rigid_mass.push((k, part));
                     continue;
                 };
+                if placed.change.motion(part).is_none() {
+                    not_in_rigid_mass.push((k, part));
+                }
                 let at = |j: usize| if j < own { j } else { j + placed.first_size };
                 for (monomial, is_linear, matrices) in terms {
                     let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
                     let monomial = Monomial { powers };
+                    placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial, is_linear).rigid);
                     match placed.change.motion(part) {
                         Some((rows_of_part, b)) => {
                             let new = || Projection::new(&rows, &motion, n_rigid);
@@ -355,14 +354,14 @@ impl StandIn {
                 }
             }
             for ((monomial, is_linear), projection) in found {
-                projection.add_to(sum.term(&monomial, is_linear).each_mut().map(Some));
+                projection.add_to(sum.term(&monomial, is_linear).matrices.each_mut().map(Some));
             }
             if !parts.is_empty() {
                 general.push(General { change: k, parts, rows, motion });
             }
         }
-        self.affine = sum.into_affine();
-        self.general = general;
+        (self.affine, self.rigid_mass) = sum.into_affine();
+        (self.general, self.not_in_rigid_mass) = (general, not_in_rigid_mass);
     }
 
     /// A term of the model on all coordinates: K, M, C.
@@ -521,10 +520,13 @@ impl ParametricModel for StandIn {
     fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
-        let mut rigid = self.common.model.rigid_mass(own)?;
-        for placed in self.changes.iter().filter(|placed| !placed.is_of_model) {
+        let mut rigid = SymMatrix::zeros(6);
+        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
+        masses.zip(self.affine.at(theta)).for_each(|(mass, (_, factor))| rigid.add_scaled(factor, mass));
+        for &(change, part) in &self.not_in_rigid_mass {
+            let placed = &self.changes[change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];
-            placed.change.add_rigid_mass(&mut rigid, own, sizes)?;
+            placed.change.add_rigid_mass_at(part, &mut rigid, own, sizes)?;
         }
         Ok(MassProperties::of_a_body(&rigid))
     }
@@ -545,6 +547,10 @@ impl ParametricModel for StandIn {
 
     fn targets(&self) -> Targets {
         self.common.model.targets()
+    }
+
+    fn affine_mass(&self) -> Option<&AffineMass> {
+        self.not_in_rigid_mass.is_empty().then_some(&self.rigid_mass)
     }
 
     fn affine(&self) -> Option<&AffinePart> {

@@ -1,7 +1,7 @@
 //! The forces that a change can exert: what its static shapes answer to.
 
 use super::StandIn;
-use crate::linalg::{DMatrix, DVector, DVectorView, symmetric_eigen, tall_tr_mul};
+use crate::linalg::{DMatrix, symmetric_eigen, tall_tr_mul};
 use crate::model::ParametricModel;
 use crate::model::change::ChangeAt;
 
@@ -68,22 +68,20 @@ impl StandIn {
         let is_tall = scaled.nrows() > scaled.ncols();
         let gram = if is_tall { tall_tr_mul(&scaled, &scaled) } else { &scaled * scaled.transpose() };
         let Ok(eigen) = symmetric_eigen(&gram) else { return DMatrix::zeros(n, 0) };
-        let direction = |(value, u): (&f64, DVectorView<'_, f64>)| {
-            let along = if is_tall { &scaled * u / value.max(0.0).sqrt() } else { u.into_owned() };
-            (*value, along)
-        };
-        let mut found: Vec<(f64, DVector<f64>)> =
-            eigen.values.iter().zip(eigen.vectors.column_iter()).filter(|(v, _)| **v > 0.0).map(direction).collect();
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let largest = found.first().map_or(0.0, |f| f.0);
-        let kept: Vec<DVector<f64>> = found
-            .into_iter()
-            .take(MOST_SHAPES)
-            .filter(|f| f.0 > NEGLIGIBLE * NEGLIGIBLE * largest)
-            .map(|(_, u)| DVector::from_fn(u.len(), |i, _| u[i] * weight[i].sqrt()))
-            .collect();
+        let mut order: Vec<usize> = (0..eigen.values.len()).filter(|&k| eigen.values[k] > 0.0).collect();
+        order.sort_by(|&a, &b| eigen.values[b].total_cmp(&eigen.values[a]));
+        let largest = order.first().map_or(0.0, |&k| eigen.values[k]);
+        let is_felt = |&k: &usize| eigen.values[k] > NEGLIGIBLE * NEGLIGIBLE * largest;
+        let kept: Vec<usize> = order.into_iter().take(MOST_SHAPES).filter(is_felt).collect();
+        let mut forces = eigen.vectors.select_columns(&kept);
+        if is_tall {
+            forces = scaled * forces;
+        }
+        for (i, mut row) in forces.row_iter_mut().enumerate() {
+            row *= weight[i].sqrt();
+        }
         let mut out = DMatrix::zeros(n, kept.len());
-        for (c, force) in kept.iter().enumerate() {
+        for (c, force) in forces.column_iter().enumerate() {
             let norm = force.norm();
             rows.iter().zip(force.iter()).for_each(|(&row, f)| out[(row, c)] = f / norm);
         }

@@ -1,7 +1,7 @@
 //! Terms of K, M and C on few coordinates, as they are summed.
 
-use crate::linalg::{DMatrix, tall_tr_mul};
-use crate::model::assembly::{AffinePart, Basis, place};
+use crate::linalg::{DMatrix, SymMatrix, tall_tr_mul};
+use crate::model::assembly::{AffineMass, AffinePart, Basis, place};
 use crate::model::dependence::Monomial;
 use crate::model::entry::Entry;
 use crate::model::system::System;
@@ -32,31 +32,44 @@ pub(super) fn rigid(model: &Model, basis: &DMatrix<f64>, about: &DMatrix<f64>) -
     (n_rigid, coordinates, parts)
 }
 
-/// Terms of K, M and C as they are summed, lower triangles.
+/// One term as it is summed: lower triangles of K, M and C, and Rᵀ M R of the six rigid motions.
+#[derive(Clone)]
+pub(super) struct Summed {
+    pub(super) matrices: [DMatrix<f64>; 3],
+    pub(super) rigid: SymMatrix,
+}
+
+impl Summed {
+    fn zeros(size: usize) -> Self {
+        Self { matrices: [(); 3].map(|()| DMatrix::zeros(size, size)), rigid: SymMatrix::zeros(6) }
+    }
+}
+
+/// The terms of a model and of its changes as they are summed.
 pub(super) struct Sum {
     size: usize,
-    pub(super) constant: [DMatrix<f64>; 3],
-    parameters: Vec<Option<[DMatrix<f64>; 3]>>,
-    products: BTreeMap<Monomial, [DMatrix<f64>; 3]>,
+    pub(super) constant: Summed,
+    parameters: Vec<Option<Summed>>,
+    products: BTreeMap<Monomial, Summed>,
     pub(super) origin: Vec<f64>,
 }
 
 impl Sum {
     pub(super) fn new(size: usize, n_parameters: usize) -> Self {
         let parameters = vec![None; n_parameters];
-        Self { size, constant: zeros(size), parameters, products: BTreeMap::new(), origin: Vec::new() }
+        Self { size, constant: Summed::zeros(size), parameters, products: BTreeMap::new(), origin: Vec::new() }
     }
 
-    pub(super) fn parameter(&mut self, j: usize) -> &mut [DMatrix<f64>; 3] {
-        self.parameters[j].get_or_insert_with(|| zeros(self.size))
+    pub(super) fn parameter(&mut self, j: usize) -> &mut Summed {
+        self.parameters[j].get_or_insert_with(|| Summed::zeros(self.size))
     }
 
-    pub(super) fn product(&mut self, monomial: &Monomial) -> &mut [DMatrix<f64>; 3] {
-        self.products.entry(monomial.clone()).or_insert_with(|| zeros(self.size))
+    pub(super) fn product(&mut self, monomial: &Monomial) -> &mut Summed {
+        self.products.entry(monomial.clone()).or_insert_with(|| Summed::zeros(self.size))
     }
 
     /// The term of a monomial; of a parameter alone that counts from zero, its own.
-    pub(super) fn term(&mut self, monomial: &Monomial, is_linear: bool) -> &mut [DMatrix<f64>; 3] {
+    pub(super) fn term(&mut self, monomial: &Monomial, is_linear: bool) -> &mut Summed {
         match monomial.powers.as_slice() {
             [] => &mut self.constant,
             [(j, 1)] if is_linear => self.parameter(*j),
@@ -64,7 +77,8 @@ impl Sum {
         }
     }
 
-    pub(super) fn into_affine(self) -> AffinePart {
+    /// The matrices, and the masses of the rigid motions, by term.
+    pub(super) fn into_affine(self) -> (AffinePart, AffineMass) {
         let entries = |a: &DMatrix<f64>| -> Vec<Entry> {
             let lower = (0..a.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
             lower
@@ -72,19 +86,21 @@ impl Sum {
                 .filter(|e| e.value != 0.0)
                 .collect()
         };
-        let basis =
-            |[k, m, c]: &[DMatrix<f64>; 3]| Basis { stiffness: entries(k), mass: entries(m), damping: entries(c) };
-        AffinePart {
+        let basis = |summed: &Summed| {
+            let [stiffness, mass, damping] = summed.matrices.each_ref().map(entries);
+            Basis { stiffness, mass, damping }
+        };
+        let rigid = |summed: &Option<Summed>| summed.as_ref().map_or_else(|| SymMatrix::zeros(6), |s| s.rigid.clone());
+        let linear = std::iter::once(self.constant.rigid.clone()).chain(self.parameters.iter().map(rigid)).collect();
+        let mass = AffineMass { linear, products: self.products.values().map(|s| s.rigid.clone()).collect() };
+        let affine = AffinePart {
             constant: basis(&self.constant),
             parameters: self.parameters.iter().map(|p| p.as_ref().map_or_else(Basis::default, basis)).collect(),
             products: self.products.iter().map(|(monomial, all)| (monomial.clone(), basis(all))).collect(),
             origin: self.origin,
-        }
+        };
+        (affine, mass)
     }
-}
-
-fn zeros(size: usize) -> [DMatrix<f64>; 3] {
-    [(); 3].map(|()| DMatrix::zeros(size, size))
 }
 
 /// K, M and C of a system, to be added to.
@@ -93,8 +109,8 @@ pub(super) fn of_system(system: &mut System) -> [Option<&mut DMatrix<f64>>; 3] {
 }
 
 /// Adds K, M and C that are on the coordinates.
-pub(super) fn add(into: &mut [DMatrix<f64>; 3], matrices: &ElementMatrices) {
-    for (target, a) in into.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
+pub(super) fn add(into: &mut Summed, matrices: &ElementMatrices) {
+    for (target, a) in into.matrices.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
         if !a.is_zero() {
             *target += a.to_dense();
         }
@@ -107,20 +123,36 @@ pub(super) fn add(into: &mut [DMatrix<f64>; 3], matrices: &ElementMatrices) {
 /// MᵀF,    F = Σ_e B_eᵀ a_e B_e M
 /// ```
 ///
-/// so that what grows with the square of the number of coordinates is done once for all elements.
+/// so that what grows with the square of the number of coordinates is done once for all elements. Bᵀ a B is smaller than a where rotations
+/// hang on nothing, as those of solids.
 pub(super) struct Projection<'a> {
     rows: &'a [usize],
-    motion: &'a DMatrix<f64>,
+    motion: &'a Motion,
     n_rigid: usize,
-    /// F of K, M and C.
+    /// Fᵀ of K, M and C, (coordinates x rows).
     forces: [Option<DMatrix<f64>>; 3],
+}
+
+/// How rows move with the coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Motion {
+    /// M, (rows x coordinates).
+    pub(super) of_rows: DMatrix<f64>,
+    /// Mᵀ: what one row moves by stands together.
+    transposed: DMatrix<f64>,
+}
+
+impl Motion {
+    pub(super) fn new(of_rows: DMatrix<f64>) -> Self {
+        let transposed = of_rows.transpose();
+        Self { of_rows, transposed }
+    }
 }
 
 impl<'a> Projection<'a> {
     /// * `rows` - all rows that elements hang on, ascending
-    /// * `motion` - M, how they move with the coordinates, (rows x coordinates)
     /// * `n_rigid` - the first so many coordinates are rigid motions
-    pub(super) fn new(rows: &'a [usize], motion: &'a DMatrix<f64>, n_rigid: usize) -> Self {
+    pub(super) fn new(rows: &'a [usize], motion: &'a Motion, n_rigid: usize) -> Self {
         Self { rows, motion, n_rigid, forces: [const { None }; 3] }
     }
 
@@ -130,26 +162,36 @@ impl<'a> Projection<'a> {
     pub(super) fn take(&mut self, rows: &[usize], b: &DMatrix<f64>, matrices: &ElementMatrices) {
         const ROUNDING: f64 = 1e-9;
         let places: Vec<usize> = rows.iter().map(|&row| place(self.rows, row)).collect();
-        let local = b * self.motion.select_rows(&places);
+        let motion = &self.motion.transposed;
         let parts = [(&matrices.stiffness, self.n_rigid), (&matrices.mass, 0), (&matrices.damping, self.n_rigid)];
         for (sum, (a, n_rigid)) in self.forces.iter_mut().zip(parts) {
             if a.is_zero() {
                 continue;
             }
-            let a = a.to_dense();
-            let mut force = &a * &local;
-            if n_rigid > 0 {
-                let size = a.abs() * local.columns(0, n_rigid).abs();
-                for (mut force, size) in force.column_iter_mut().zip(size.column_iter()) {
-                    if force.amax() <= ROUNDING * size.amax() {
-                        force.fill(0.0);
+            let a = b.tr_mul(&(a.to_dense() * b));
+            let sum = sum.get_or_insert_with(|| DMatrix::zeros(motion.nrows(), motion.ncols()));
+            // By rigid motion: the largest force of this element, and the largest that does not cancel.
+            let (mut largest, mut whole) = ([0.0_f64; 6], [0.0_f64; 6]);
+            let mut rigid = DMatrix::<f64>::zeros(n_rigid, places.len());
+            for (i, &to) in places.iter().enumerate() {
+                let mut size = [0.0; 6];
+                let mut force = sum.column_mut(to);
+                let mut strained = force.rows_mut(n_rigid, motion.nrows() - n_rigid);
+                for (j, &from) in places.iter().enumerate().filter(|&(j, _)| a[(i, j)] != 0.0) {
+                    let (value, moves) = (a[(i, j)], motion.column(from));
+                    strained.axpy(value, &moves.rows(n_rigid, motion.nrows() - n_rigid), 1.0);
+                    for k in 0..n_rigid {
+                        rigid[(k, i)] += value * moves[k];
+                        size[k] += (value * moves[k]).abs();
                     }
                 }
+                for k in 0..n_rigid {
+                    largest[k] = largest[k].max(rigid[(k, i)].abs());
+                    whole[k] = whole[k].max(size[k]);
+                }
             }
-            let on_rows = b.tr_mul(&force);
-            let sum = sum.get_or_insert_with(|| DMatrix::zeros(self.rows.len(), self.motion.ncols()));
-            for (mut to, from) in sum.column_iter_mut().zip(on_rows.column_iter()) {
-                places.iter().zip(from.iter()).for_each(|(&i, f)| to[i] += f);
+            for k in (0..n_rigid).filter(|&k| largest[k] > ROUNDING * whole[k]) {
+                places.iter().enumerate().for_each(|(i, &to)| sum[(k, to)] += rigid[(k, i)]);
             }
         }
     }
@@ -158,9 +200,9 @@ impl<'a> Projection<'a> {
     pub(super) fn add_to(self, into: [Option<&mut DMatrix<f64>>; 3]) {
         for ((target, forces), n_rigid) in into.into_iter().zip(self.forces).zip([self.n_rigid, 0, self.n_rigid]) {
             let (Some(target), Some(forces)) = (target, forces) else { continue };
-            let mut own = tall_tr_mul(self.motion, &forces);
+            let mut own = tall_tr_mul(&self.motion.of_rows, &forces.transpose());
             // Without a force on it a rigid motion has no part in those of the others either.
-            for j in (0..n_rigid).filter(|&j| forces.column(j).amax() == 0.0) {
+            for j in (0..n_rigid).filter(|&j| forces.row(j).amax() == 0.0) {
                 own.row_mut(j).fill(0.0);
             }
             *target += own;
