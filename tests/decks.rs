@@ -706,7 +706,20 @@ fn habits_of_real_decks_are_read_or_named() {
     let solid = "GRID,11,,5.\nGRID,12,,6.\nGRID,13,,5.,1.\nGRID,14,,5.,0.,1.\nCTETRA,20,3,11,12,13,14\nPSOLID,3,1\nPSHELL,3,1,.01,1\nCTRIA3,21,3,11,12,13\n";
     let both = model(&cantilever(solid));
     assert_eq!(both.elements().len(), 3);
+    // Members of two kinds may have properties of one number; properties that no element has are left out; blanks within components and before
+    // an exponent; alterations of the solver's own programme that are not there.
+    let rods = "GRID,3,,1.,1.\nCROD,30,7,2,3\nPROD,7,1,1.-4\nSPC1,1,123456,3\nPBEND,8,1,1.-3,4.-8,9.-8,1.-7\nSNORM,1,,0.,0.,1.\n";
+    let deck = format!(
+        "INCLUDE 'write_modes.v2005'\n{}",
+        cantilever(rods).replace("SPC1,1,123456,1", "SPC1,1,12 3456,1").replace("2.+11", "2. +11")
+    );
+    let read = import(&deck_of(&deck), options("si")).unwrap_or_else(|e| panic!("{}", e[0]));
+    assert_eq!(model_of(&read).elements().len(), 2);
+    assert!(read.report.notes.iter().any(|n| n.contains("write_modes.v2005")), "{:?}", read.report.notes);
+    assert!(read.report.left_out.contains_key("PBEND") && read.report.left_out.contains_key("SNORM"));
     for (rest, message) in [
+        ("CELAS3,11,1,101,0,12,2,102,0\nPELAS,1,9.\n", "`12` stands in field 6, and CELAS3 ends with field 5"),
+        ("CBAR,9,8,1,2,0.,0.,1.\nPBEND,8,1,1.-3,4.-8,9.-8,1.-7\n", "property 8 is a PBEND"),
         ("CORD2C,1,0,0.,0.,0.,0.,0.,1.,0.,1.,0.\n", "CORD2C 1: a line of it has more than eight fields of data"),
         ("GRID,3,,2.\n=,*1,=,*1.,==\n", "`=` replicates the card above it"),
         ("CTETRA,20,7,1,2,1,2\n", "property 7 is a PBAR"),
@@ -718,6 +731,17 @@ fn habits_of_real_decks_are_read_or_named() {
         };
         assert!(found.contains(message), "{found}");
     }
+}
+
+/// A rod of two elements under PARAM,COUPMASS: m L/12 \[5 1; 1 5\] along it, half of its mass at each end across.
+#[test]
+fn coupled_masses_of_rods_are_half_lumped_along_and_lumped_across() {
+    let text = "CEND\nSPC=1\nBEGIN BULK\nPARAM,COUPMASS,1\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nCROD,1,7,1,2\n\
+                CELAS2,2,1.+6,2,2\nPROD,7,1,1.-3\nSPC1,1,123456,1,3\nSPC1,1,3456,2\nENDDATA\n";
+    let (k, m): (f64, f64) = (2e11 * 1e-3, 7.8);
+    let found = frequencies(&model(text), 2);
+    near(found[0], (1e6 / (m / 2.0)).sqrt() / TAU, 1e-9);
+    near(found[1], (k / (5.0 * m / 12.0)).sqrt() / TAU, 1e-9);
 }
 
 /// Thicknesses at the corners of a shell: the mean of them, of blank ones the property's, with TFLAG as factors of it; no field can be written for that.

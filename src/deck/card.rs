@@ -168,13 +168,13 @@ impl<'a> Card<'a> {
         Ok([self.real_or(n, name, 0.0)?, self.real_or(n + 1, name, 0.0)?, self.real_or(n + 2, name, 0.0)?])
     }
 
-    /// Components 1 to 6, each once at most, as flags; none where the field is empty or zero.
+    /// Components 1 to 6, each once at most, as flags; none where the field is empty or zero. Blanks between them are passed over.
     pub fn components(&self, n: usize, name: &'static str) -> Result<[bool; 6], DeckError> {
         let mut flags = [false; 6];
         if matches!(self.text(n), "" | "0") {
             return Ok(flags);
         }
-        for c in self.text(n).chars() {
+        for c in self.text(n).chars().filter(|c| !c.is_whitespace()) {
             match c.to_digit(10).filter(|d| (1..=6).contains(d)) {
                 Some(d) if !flags[d as usize - 1] => flags[d as usize - 1] = true,
                 _ => return Err(self.wrong(n, name, "components, digits of 1 to 6 once each,")),

@@ -36,6 +36,8 @@ use std::path::Path;
 pub struct Deck {
     sources: Vec<Source>,
     includes: Vec<Include>,
+    /// Files of executive control that are not there.
+    not_found: Vec<String>,
     /// Executive control: statements above CEND, in order.
     executive: Vec<String>,
     case_control: CaseControl,
@@ -104,6 +106,11 @@ impl Deck {
     /// Its INCLUDE statements.
     pub fn includes(&self) -> &[Include] {
         &self.includes
+    }
+
+    /// Names of files that executive control includes and that are not there: what alters the solver's own programme.
+    pub fn not_found(&self) -> &[String] {
+        &self.not_found
     }
 
     /// Statements of executive control, without comments, in capitals.

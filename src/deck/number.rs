@@ -12,6 +12,13 @@ pub fn parse_real(text: &str) -> Option<f64> {
 /// A number with or without a point.
 pub(super) fn number(text: &str) -> Option<f64> {
     let text = text.trim();
+    // A blank may stand before the exponent: `1.04 +7`.
+    if let Some((mantissa, exponent)) = text.split_once(char::is_whitespace) {
+        let exponent = exponent.trim_start();
+        let is_exponent = exponent.starts_with(['e', 'E', 'd', 'D', '+', '-'])
+            && mantissa.ends_with(|c: char| c.is_ascii_digit() || c == '.');
+        return if is_exponent { number(&format!("{mantissa}{exponent}")) } else { None };
+    }
     let bytes = text.as_bytes();
     if bytes.is_empty() || bytes.len() > 40 || !bytes.iter().all(|b| b"0123456789+-.eEdD".contains(b)) {
         return None;

@@ -291,20 +291,20 @@ fn section_mass(section: &Section) -> SymMatrix {
     let [ey, ez] = section.shear_centre;
     let [my, mz] = section.mass_offset;
     let mut m = SymMatrix::zeros(12);
-    let half = 0.5 * section.lumping * section.span();
-    for node in [0, 1].into_iter().filter(|_| half > 0.0) {
-        for (row, inertia) in beside(rigid_arm(node, 0.0), section.mass_offset).into_iter().zip(section.inertia) {
+    let lumped: [f64; 6] = std::array::from_fn(|d| section.lumping[d] * section.inertia[d]);
+    let consistent: [f64; 6] = std::array::from_fn(|d| (1.0 - section.lumping[d]) * section.inertia[d]);
+    for node in [0, 1] {
+        for (row, inertia) in beside(rigid_arm(node, 0.0), section.mass_offset).into_iter().zip(lumped) {
             if inertia != 0.0 {
-                m.add_outer(half * inertia, &row);
+                m.add_outer(0.5 * section.span() * inertia, &row);
             }
         }
     }
-    let consistent = (1.0 - section.lumping) * section.length;
-    for (xi, weight) in GAUSS.into_iter().filter(|_| consistent > 0.0) {
+    for (xi, weight) in GAUSS {
         let mass_axis = beside(elastic_axis(section, xi), [my - ey, mz - ez]);
-        for (row, inertia) in mass_axis.into_iter().zip(section.inertia) {
+        for (row, inertia) in mass_axis.into_iter().zip(consistent) {
             if inertia != 0.0 {
-                m.add_outer(weight * consistent * inertia, &from_nodes(row, section, to_ends.as_ref()));
+                m.add_outer(weight * section.length * inertia, &from_nodes(row, section, to_ends.as_ref()));
             }
         }
     }
@@ -313,9 +313,8 @@ fn section_mass(section: &Section) -> SymMatrix {
         let toward = if node == 0 { length } else { -length };
         for (xi, weight) in GAUSS {
             let mass_axis = beside(rigid_arm(node, xi * toward), section.mass_offset);
-            for (row, inertia) in mass_axis.into_iter().zip(section.inertia).filter(|(_, inertia)| *inertia != 0.0) {
-                let share = weight * (1.0 - section.lumping) * length * inertia;
-                m.add_outer(share, &through_joints(row, to_ends.as_ref()));
+            for (row, inertia) in mass_axis.into_iter().zip(consistent).filter(|(_, inertia)| *inertia != 0.0) {
+                m.add_outer(weight * length * inertia, &through_joints(row, to_ends.as_ref()));
             }
         }
     }

@@ -45,6 +45,7 @@ catalogue! {
     bushing::Bushing,
     ground_spring::GroundSpring,
     solid::Hex20,
+    solid::Hex20Reduced,
     solid::Hex8,
     solid::Hex8Reduced,
     mass_matrix::MassMatrix,

@@ -30,7 +30,7 @@ pub struct ModeAgreement {
     pub solver_hz: f64,
     /// Frequency of the model, Hz.
     pub model_hz: f64,
-    /// MAC of the displacements of all grids; of modes at one frequency, with the nearest of their span. `None` without a shape.
+    /// MAC of the displacements of all grids, of their rotations where nothing else moves; of modes at one frequency, with the nearest of their span. `None` without a shape.
     pub mac: Option<f64>,
 }
 
@@ -66,6 +66,10 @@ impl Agreement {
 
 /// Frequencies nearer than this to each other belong to one cluster, whose shapes are a matter of choice.
 const CLUSTER: f64 = 1e-4;
+
+/// Displacements below this part of the rotations, times the size of the structure, are rounding: a shape of torsion about a straight line has
+/// rotations alone.
+const ALL_ROTATION: f64 = 1e-4;
 
 /// An eigenvalue below this, (rad/s)², 0.2 mHz, is none of a structure.
 const NO_FREQUENCY: f64 = 1e-6;
@@ -198,6 +202,8 @@ fn masses(
 struct Shapes {
     /// Node of a grid, and the axes of its displacements as rows.
     grids: HashMap<u32, (usize, [[f64; 3]; 3])>,
+    /// Size of the structure, m.
+    extent: f64,
 }
 
 impl Shapes {
@@ -213,18 +219,30 @@ impl Shapes {
             let id = name.strip_prefix('n')?.parse().ok()?;
             Some((id, (node, axes.get(name.as_str()).copied().unwrap_or(crate::model::GLOBAL))))
         };
-        Self { grids: geometry.names.iter().enumerate().filter_map(of).collect() }
+        let range = |axis: usize| {
+            let along = || geometry.positions.iter().map(|p| p[axis]);
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        };
+        let extent = (0..3).map(range).fold(0.0, f64::hypot);
+        Self { grids: geometry.names.iter().enumerate().filter_map(of).collect(), extent }
     }
 
     /// MAC of a solver's shape with the nearest shape in the span of some of the model.
     fn mac(&self, solver: &std::collections::BTreeMap<u32, [f64; 6]>, span: &[DMatrix<f64>]) -> Option<f64> {
+        let largest = |shape: &DMatrix<f64>, first: usize| shape.columns(first, 3).amax();
+        let turns_alone = |shape: &DMatrix<f64>| largest(shape, 0) < ALL_ROTATION * self.extent * largest(shape, 3);
+        let (first, of_motion) = if !span.is_empty() && span.iter().all(turns_alone) {
+            (3, [Dof::Rx, Dof::Ry, Dof::Rz])
+        } else {
+            (0, [Dof::Ux, Dof::Uy, Dof::Uz])
+        };
         let mut theirs: Vec<f64> = Vec::new();
         let mut ours: Vec<Vec<f64>> = vec![Vec::new(); span.len()];
         for (grid, shape) in solver {
             let Some((node, axes)) = self.grids.get(grid) else { continue };
-            theirs.extend(&shape[..3]);
+            theirs.extend(&shape[first..first + 3]);
             for (own, list) in span.iter().zip(&mut ours) {
-                let moved = [Dof::Ux, Dof::Uy, Dof::Uz].map(|d| own[(*node, d as usize)]);
+                let moved = of_motion.map(|d| own[(*node, d as usize)]);
                 list.extend(axes.iter().map(|a| dot(*a, moved)));
             }
         }

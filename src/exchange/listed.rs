@@ -90,7 +90,7 @@ fn shape(element: &str) -> Option<Shape> {
         "tet4" => Shape::Tetrahedron4,
         "tet10" => Shape::Tetrahedron10,
         "hex8" | "hex8_reduced" => Shape::Hexahedron8,
-        "hex20" => Shape::Hexahedron20,
+        "hex20" | "hex20_reduced" => Shape::Hexahedron20,
         "wedge6" => Shape::Wedge6,
         "wedge15" => Shape::Wedge15,
         "pyramid5" => Shape::Pyramid5,
@@ -366,7 +366,7 @@ impl Meshed {
                 }
             };
             let mut items = Vec::new();
-            if kind.element == "hex8_reduced" {
+            if kind.element.ends_with("_reduced") {
                 items.push(("type", kind.element.clone()));
             }
             items.push(("prefix", kind.prefixes[0].clone()));

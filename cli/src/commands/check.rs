@@ -39,7 +39,12 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
     let by_axis = if mass.is_none() { Some(model.rigid_mass(&theta)?) } else { None };
     let by_axis = by_axis.map(|rigid| [0, 1, 2].map(|i| rigid.get(i, i)));
     let ok = sound.errors.is_empty();
-    if !args.against.is_empty() && ok {
+    if !args.against.is_empty() {
+        // Grids that nothing holds are the solver's too.
+        if !ok {
+            let wrong: Vec<_> = problems.iter().filter(|p| p.severity == Severity::Error).cloned().collect();
+            tell(&format!("{}\n", render_problems(&args.model.path, &text, &wrong).trim_end()));
+        }
         return super::against::run(args, &model);
     }
     if args.answer.needs_json() {

@@ -82,6 +82,7 @@ pub(super) const PROPERTIES: &[Property] = &[
         Domain::Fraction,
         "0 for the consistent mass (when absent), 1 for one lumped at both ends, a mean of both between",
     ),
+    Property::new("lumping_along", "1", Domain::Fraction, "the same of motion along x alone (default: `lumping`)"),
     any("axial_force", "N", "preload, tension positive: geometric stiffness (default 0)"),
     non_negative("end1_rigid_length", "m", "length at node 1 that does not deform: the depth of a joint (default 0)"),
     non_negative("end2_rigid_length", "m", "length at node 2 that does not deform: the depth of a joint (default 0)"),
@@ -129,8 +130,8 @@ pub(super) struct Section {
     pub mass_offset: [f64; 2],
     /// (y, z) of the axis that tension stretches, from the elastic axis, m.
     pub neutral_axis: [f64; 2],
-    /// Share of the mass that is lumped at the ends.
-    pub lumping: f64,
+    /// Share of the mass that is lumped at the ends, against ux uy uz rx ry rz.
+    pub lumping: [f64; 6],
     /// Of the twelve dofs, m/N and rad/(N m).
     pub end_compliance: [f64; 12],
 }
@@ -225,6 +226,9 @@ impl Section {
         let section_inertia = value!(input, Iy).unwrap_or(0.0) + value!(input, Iz).unwrap_or(0.0);
         let polar = value!(input, polar_inertia_per_length).unwrap_or(density.unwrap_or(0.0) * section_inertia);
         let rotary = [value!(input, rotary_inertia_y), value!(input, rotary_inertia_z)].map(|v| v.unwrap_or(0.0));
+        let lumped = value!(input, lumping).unwrap_or(0.0);
+        let mut lumping = [lumped; 6];
+        lumping[0] = value!(input, lumping_along).unwrap_or(lumped);
         let pair = |y: Option<f64>, z: Option<f64>| [y.unwrap_or(0.0), z.unwrap_or(0.0)];
         let shear_centre = pair(value!(input, shear_centre_y), value!(input, shear_centre_z));
         let from_centre = |axis: Option<f64>, centre: f64| axis.map_or(0.0, |at| at - centre);
@@ -256,7 +260,7 @@ impl Section {
                 from_centre(value!(input, neutral_axis_y), shear_centre[0]),
                 from_centre(value!(input, neutral_axis_z), shear_centre[1]),
             ],
-            lumping: value!(input, lumping).unwrap_or(0.0),
+            lumping,
             mass_offset: pair(value!(input, mass_offset_y), value!(input, mass_offset_z)),
             end_compliance: std::array::from_fn(|d| input.values[END_COMPLIANCE + d].unwrap_or(0.0)),
         };
@@ -346,6 +350,7 @@ pub(super) fn samples() -> Vec<Sample> {
         ("neutral_axis_y", 0.01),
         ("neutral_axis_z", -0.02),
         ("lumping", 0.4),
+        ("lumping_along", 0.7),
         ("end1_rigid_length", 0.05),
         ("end2_rigid_length", 0.02),
         ("bend_twist_y", 200.0),

@@ -4,7 +4,7 @@ use super::dual::Dual;
 use super::{Enrichment, Family, Lazy, hex8, rules, solid};
 
 /// Corners as of `hex8`, then the middles of the lower edges, of the upper edges and of those between.
-const NODES: [[f64; 3]; 20] = {
+pub(super) const NODES: [[f64; 3]; 20] = {
     let mut nodes = [[0.0; 3]; 20];
     let mut i = 0;
     while i < 20 {
@@ -24,7 +24,7 @@ const EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
 /// Corners: (1+ξξ_i)(1+ηη_i)(1+ζζ_i)(ξξ_i+ηη_i+ζζ_i-2)/8; middles, for ξ_i = 0: (1-ξ²)(1+ηη_i)(1+ζζ_i)/4.
-fn shape(xi: [Dual; 3]) -> Vec<Dual> {
+pub(super) fn shape(xi: [Dual; 3]) -> Vec<Dual> {
     let of = |p: &[f64; 3]| {
         let mut n = Dual::from(1.0);
         let mut sum = Dual::from(-2.0);

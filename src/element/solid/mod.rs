@@ -5,6 +5,7 @@
 
 mod dual;
 mod hex20;
+mod hex20_reduced;
 mod hex8;
 mod hex8_reduced;
 mod kernel;
@@ -23,6 +24,7 @@ mod wedge6;
 pub use hex8::Hex8;
 pub use hex8_reduced::Hex8Reduced;
 pub use hex20::Hex20;
+pub use hex20_reduced::Hex20Reduced;
 pub use pyramid5::Pyramid5;
 pub use pyramid13::Pyramid13;
 pub use tet4::Tet4;

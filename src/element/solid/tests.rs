@@ -2,7 +2,7 @@
 
 use super::super::{Element, ElementInput};
 use super::dual::Dual;
-use super::{Hex8, Hex8Reduced, Hex20, Pyramid5, Pyramid13, Tet4, Tet10, Wedge6, Wedge15, values};
+use super::{Hex8, Hex8Reduced, Hex20, Hex20Reduced, Pyramid5, Pyramid13, Tet4, Tet10, Wedge6, Wedge15, values};
 use crate::linalg::DVector;
 
 /// N_i(x_j) = δ_ij, Σ N = 1 and Σ N_i x_i = x: what a shape function has to be.
@@ -22,8 +22,8 @@ pub(super) fn functions_belong_to_nodes(shape: fn([Dual; 3]) -> Vec<Dual>, nodes
     }
 }
 
-const SOLIDS: [&dyn Element; 9] =
-    [&Hex8, &Hex8Reduced, &Hex20, &Pyramid5, &Pyramid13, &Tet4, &Tet10, &Wedge6, &Wedge15];
+const SOLIDS: [&dyn Element; 10] =
+    [&Hex8, &Hex8Reduced, &Hex20, &Hex20Reduced, &Pyramid5, &Pyramid13, &Tet4, &Tet10, &Wedge6, &Wedge15];
 
 /// Corners of a distorted element, edges straight with their nodes in the middle: the sample, its corners moved.
 fn distorted(element: &dyn Element) -> Vec<[f64; 3]> {

@@ -64,7 +64,6 @@ const WEDGE6: &str = "C3D6 have six points and the solvers' two: stiffer on coar
 const WEDGE15: &str = "C3D15 have 21 points and the solvers' nine: equal as the mesh gets finer";
 const HEX8I: &str = "C3D8I have another set of incompatible modes: the solvers' on parallelepipeds, per mille apart on distorted elements";
 const HEX8: &str = "C3D8 are hex8 with incompatible modes, softer in bending than the solver's on coarse meshes";
-const HEX20: &str = "C3D20R are hex20 with all points: stiffer than the solver's on coarse meshes";
 const HYBRID: &str =
     "hybrid elements are those of displacements alone: stiffer where the material is nearly incompressible";
 const MODIFIED: &str = "C3D10M are tet10: another formulation, the same as the mesh gets finer";
@@ -78,6 +77,7 @@ const BAR_HALVES: &[(&str, &[usize])] = &[("bar", &[0, 1]), ("bar", &[1, 2])];
 const H8: &[(&str, &[usize])] = &[("hex8", first(8))];
 const H8R: &[(&str, &[usize])] = &[("hex8_reduced", first(8))];
 const H20: &[(&str, &[usize])] = &[("hex20", first(20))];
+const H20R: &[(&str, &[usize])] = &[("hex20_reduced", first(20))];
 const T4: &[(&str, &[usize])] = &[("tet4", first(4))];
 const T10: &[(&str, &[usize])] = &[("tet10", first(10))];
 const W6: &[(&str, &[usize])] = &[("wedge6", first(6))];
@@ -107,10 +107,10 @@ pub(super) const KINDS: &[Kind] = &[
     kind("C3D10HS", Family::Solid, 10, T10, false, HYBRID),
     kind("C3D15", Family::Solid, 15, W15, false, WEDGE15),
     kind("C3D20", Family::Solid, 20, H20, false, ""),
-    kind("C3D20R", Family::Solid, 20, H20, false, HEX20),
-    kind("C3D20RI", Family::Solid, 20, H20, false, HEX20),
+    kind("C3D20R", Family::Solid, 20, H20R, false, ""),
+    kind("C3D20RI", Family::Solid, 20, H20R, false, ""),
     kind("C3D20H", Family::Solid, 20, H20, false, HYBRID),
-    kind("C3D20RH", Family::Solid, 20, H20, false, HYBRID),
+    kind("C3D20RH", Family::Solid, 20, H20R, false, HYBRID),
     kind("S3", Family::Shell, 3, S3, true, SHELL),
     kind("S3R", Family::Shell, 3, S3, true, SHELL),
     kind("S3RS", Family::Shell, 3, S3, true, SHELL),

@@ -43,7 +43,11 @@ pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Ma
             }
             "ELASTIC" => {
                 out.elastic = Some(elastic(importer, &k)?);
-                out.elastic_at = Some(*index);
+                // What is interpolated is no item of the deck.
+                let is_own = k.n_lines() == 1
+                    || !out.elastic.is_some_and(|e| e.is_isotropic())
+                    || importer.temperature().is_none();
+                out.elastic_at = Some(*index).filter(|_| is_own);
             }
             _ => {}
         }
@@ -59,11 +63,29 @@ fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, Deck
     };
     Ok(match kind.as_str() {
         "ISO" | "ISOTROPIC" => {
-            importer.only_first(k, 1);
-            let line = k.needs_line(0, "E and nu")?;
-            let (e, nu) = (positive(&line, 0, "E")?, line.real_or(1, "nu", 0.0)?);
-            if !(nu > -1.0 && nu < 0.5) {
-                return Err(line.error(Some((1, "nu")), "Poisson's ratio must be above -1 and below 0.5"));
+            let constants = |line: &DataLine<'_>| {
+                let (e, nu) = (positive(line, 0, "E")?, line.real_or(1, "nu", 0.0)?);
+                if nu > -1.0 && nu < 0.5 {
+                    Ok((e, nu))
+                } else {
+                    Err(line.error(Some((1, "nu")), "Poisson's ratio must be above -1 and below 0.5"))
+                }
+            };
+            let (mut e, mut nu) = constants(&k.needs_line(0, "E and nu")?)?;
+            let depends = k.parameter("DEPENDENCIES").is_some();
+            match importer.temperature().filter(|_| k.n_lines() > 1 && !depends) {
+                Some(at) => {
+                    let rows: Vec<(f64, (f64, f64))> = k
+                        .lines()
+                        .filter(|l| !l.is_empty())
+                        .map(|l| Ok((l.real_or(2, "temperature", 0.0)?, constants(&l)?)))
+                        .collect::<Result<_, DeckError>>()?;
+                    (e, nu) = interpolated(&rows, at).ok_or_else(|| k.error("its temperatures must ascend"))?;
+                    importer.report.note(format!(
+                        "elastic constants that depend on temperature are those at {at}, the deck's own"
+                    ));
+                }
+                None => importer.only_first(k, 1),
             }
             Elastic::Isotropic { e, nu }
         }
@@ -103,7 +125,48 @@ fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, Deck
     })
 }
 
+/// Constants of a table at a temperature, linear between its rows and those of its ends beyond; `None` where temperatures do not ascend.
+fn interpolated(rows: &[(f64, (f64, f64))], at: f64) -> Option<(f64, f64)> {
+    if !rows.is_sorted_by(|a, b| a.0 < b.0) {
+        return None;
+    }
+    let next = rows.partition_point(|row| row.0 < at);
+    if next == 0 || next == rows.len() {
+        return rows.get(next.saturating_sub(1)).map(|row| row.1);
+    }
+    let ((t0, a), (t1, b)) = (rows[next - 1], rows[next]);
+    let s = (at - t0) / (t1 - t0);
+    Some((a.0 + s * (b.0 - a.0), a.1 + s * (b.1 - a.1)))
+}
+
 impl Importer<'_> {
+    /// The temperature of all nodes, where the deck states one: that of the last step up to the chosen one, else the initial one.
+    fn temperature(&self) -> Option<f64> {
+        let last = self.chosen_step();
+        let mut step = None;
+        let mut at = None;
+        for k in self.deck.keywords() {
+            let is_initial = k.name() == "INITIALCONDITIONS" && k.label("TYPE").is_some_and(|t| t == "TEMPERATURE");
+            if k.name() == "STEP" {
+                // What stands behind the step that is read comes later.
+                if step.is_some() && step == last {
+                    break;
+                }
+                step = Some(step.map_or(0, |s: usize| s + 1));
+            }
+            if !(is_initial || k.name() == "TEMPERATURE") {
+                continue;
+            }
+            let values: Option<Vec<f64>> =
+                k.lines().filter(|l| !l.is_empty()).map(|l| l.real(1, "temperature").ok()).collect();
+            let values = values?;
+            let first = *values.first()?;
+            // What differs from node to node is no one temperature.
+            at = Some(first).filter(|t| values.iter().all(|v| (v - t).abs() <= 1e-3 * t.abs().max(1.0)));
+        }
+        at
+    }
+
     /// Says that constants at other temperatures are left out.
     pub(super) fn only_first(&mut self, k: &Keyword<'_>, lines: usize) {
         if k.n_lines() > lines {

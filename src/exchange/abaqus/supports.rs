@@ -27,18 +27,28 @@ struct Hold {
     flags: [bool; 6],
 }
 
+impl Importer<'_> {
+    /// The step that is read, from 0, where the deck has it: the one that was asked for, else the first with frequencies, else the first.
+    pub(super) fn chosen_step(&self) -> Option<usize> {
+        let steps = &self.all.steps;
+        let has_frequencies = |i: &usize| steps[*i].iter().any(|k| self.deck.keyword(*k).name() == "FREQUENCY");
+        let asked = self.options.subcase.map(|number| (number as usize).wrapping_sub(1));
+        asked.or_else(|| (0..steps.len()).find(has_frequencies)).or(Some(0)).filter(|i| *i < steps.len())
+    }
+}
+
 /// The step whose boundary holds, from 0; nothing where the deck has no steps.
 fn chosen(importer: &mut Importer<'_>) -> Result<Option<usize>, DeckError> {
     let steps = &importer.all.steps;
     let has = |i: usize, name: &str| steps[i].iter().any(|k| importer.deck.keyword(*k).name() == name);
+    let chosen = importer.chosen_step();
     if let Some(number) = importer.options.subcase {
-        let i = (number as usize).wrapping_sub(1);
-        if i >= steps.len() {
+        if chosen.is_none() {
             let file = importer.deck.sources()[0].name().to_string();
             let message = format!("there is no step {number}: the deck has {}", steps.len());
             return Err(DeckError { file, line: 0, card: "*STEP".into(), field: None, message });
         }
-        return Ok(Some(i));
+        return Ok(chosen);
     }
     let frequency: Vec<usize> = (0..steps.len()).filter(|i| has(*i, "FREQUENCY")).collect();
     let is_other = frequency.iter().skip(1).any(|i| has(*i, "BOUNDARY"));
@@ -49,9 +59,8 @@ fn chosen(importer: &mut Importer<'_>) -> Result<Option<usize>, DeckError> {
     }
     if first.is_none() && !importer.all.steps.is_empty() {
         importer.report.note("no step asks for frequencies (FREQUENCY): the boundary of the first step is read");
-        return Ok(Some(0));
     }
-    Ok(first)
+    Ok(chosen)
 }
 
 /// Writes the supports.

@@ -12,7 +12,7 @@ use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
-    read("GRID", "nodes", grid),
+    read("GRID", "nodes", grid).up_to(9),
     used("GRDSET", "nodes"),
     used("CORD2R", "frames"),
     used("CORD2C", "frames"),

@@ -27,12 +27,13 @@ pub(super) const CARDS: &[CardRule] = &[
     used("DVPREL2", "parameters"),
     used("DVMREL2", "parameters"),
     used("DVCREL2", "parameters"),
-    refused("DVGRID", "shapes as design variables are not read"),
-    refused("DVSHAP", "shapes as design variables are not read"),
-    refused("DVBSHAP", "shapes as design variables are not read"),
-    refused("TOPVAR", "topology is not read"),
-    refused("DVTREL1", "topology is not read"),
-    refused("DMNCON", "topology is not read"),
+    left_out("DVGRID", "shapes as design variables: the deck's own grids hold"),
+    left_out("DVSHAP", "shapes as design variables: the deck's own grids hold"),
+    left_out("DVBSHAP", "shapes as design variables: the deck's own grids hold"),
+    left_out("TOPVAR", "topology: the deck's own values hold"),
+    left_out("DVTREL1", "topology: the deck's own values hold"),
+    left_out("DMNCON", "how the optimiser works"),
+    left_out("DMRLAW", "topology: the deck's own values hold"),
 ];
 
 /// A design variable.

@@ -48,13 +48,13 @@ impl<'a> Importer<'a> {
         // A field that is empty means the number of the element.
         let id = card.optional_id(field, "PID")?.map_or_else(|| card.id_at(2, "EID"), Ok)?;
         let at = Some((field, "PID"));
-        // Solids and others may have properties of one number; what is of the wrong kind is told as such.
-        let spaces = if allowed.contains(&"PSOLID") {
-            [Space::SolidProperty, Space::Property]
-        } else {
-            [Space::Property, Space::SolidProperty]
+        let of_kind = allowed.iter().filter_map(|name| Space::of_property(name)).find_map(|space| self.find(space, id));
+        // What is of the wrong kind is told as such.
+        let any = || {
+            let others = self.index.iter().filter(|(key, _)| key.1 == id && matches!(key.0, Space::Property(_)));
+            others.map(|(_, card)| *card).min().map(|card| self.deck.card(card))
         };
-        let property = spaces.into_iter().find_map(|space| self.find(space, id));
+        let property = of_kind.or_else(any);
         let property = property.ok_or_else(|| card.error(at, format_args!("there is no property {id}")))?;
         if !allowed.contains(&property.name()) {
             let (file, line) = property.place();

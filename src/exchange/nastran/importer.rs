@@ -3,7 +3,7 @@
 use super::design::Design;
 pub(super) use super::names::node;
 use super::names::{property_name, worth_keeping};
-use super::{Treatment, rule};
+use super::{CardRule, Treatment, rule};
 use crate::catalogue::did_you_mean;
 use crate::deck::{CardId, Deck, DeckError};
 use crate::exchange::coord::{Coord, GLOBAL_COORD};
@@ -21,9 +21,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 pub(super) enum Space {
     Grid,
     Coordinates,
-    Property,
-    /// PSOLID, whose numbers solids alone refer to.
-    SolidProperty,
+    /// One space for each family of properties, by the name of one of it: elements of different kinds may have properties of one number.
+    Property(&'static str),
     Material,
     PointMass,
 }
@@ -35,14 +34,27 @@ impl Space {
             "CORD2R" | "CORD2C" | "CORD2S" => Space::Coordinates,
             "MAT1" | "MAT2" | "MAT3" | "MAT8" | "MAT9" | "MAT10" | "MAT11" | "MATHP" => Space::Material,
             "PMASS" => Space::PointMass,
-            "PSOLID" => Space::SolidProperty,
-            _ if name.starts_with('P')
-                && matches!(rule(name).map(|r| r.treatment), Some(Treatment::Used(_) | Treatment::Refused(_))) =>
-            {
-                Space::Property
-            }
+            "PBAR" | "PBARL" | "PBRSECT" => Space::Property("PBAR"),
+            "PBEAM" | "PBEAML" | "PBCOMP" | "PBMSECT" => Space::Property("PBEAM"),
+            "PSHELL" | "PCOMP" | "PCOMPG" => Space::Property("PSHELL"),
+            _ if name.starts_with('P') => match rule(name) {
+                Some(CardRule { name, treatment: Treatment::Used(_) | Treatment::Refused(_), .. }) => {
+                    Space::Property(name)
+                }
+                _ => return None,
+            },
             _ => return None,
         })
+    }
+
+    /// The space of the properties of a card.
+    pub(super) fn of_property(name: &str) -> Option<Self> {
+        Self::of(name).filter(|space| matches!(space, Space::Property(_)))
+    }
+
+    /// Whether elements and properties refer to its cards, so that one to which none refers means nothing.
+    fn is_referred_to(self) -> bool {
+        matches!(self, Space::Property(_) | Space::Material)
     }
 }
 
@@ -191,7 +203,7 @@ impl<'a> Importer<'a> {
                     let card = deck.card(id);
                     for first in [2, 6] {
                         if let Some(pid) = card.optional_id(first, "PID")? {
-                            self.claim(Space::Property, pid, id, first)?;
+                            self.claim(Space::Property("PELAS"), pid, id, first)?;
                         }
                     }
                 }
@@ -228,6 +240,12 @@ impl<'a> Importer<'a> {
             });
         }
         self.origins.wtmass = self.wtmass;
+        for file in deck.not_found() {
+            self.report.note(format!(
+                "INCLUDE `{}` of executive control is not there; it says nothing of the structure",
+                clean(file)
+            ));
+        }
         self.check_scalar_points()?;
         for id in grids {
             self.grid_at(id, 0)?;
@@ -246,7 +264,7 @@ impl<'a> Importer<'a> {
                 .cards()
                 .skip(comment.before as usize)
                 .take(400)
-                .find(|c| matches!(Space::of(deck.name(*c)), Some(Space::Property | Space::SolidProperty)));
+                .find(|c| Space::of_property(deck.name(*c)).is_some());
             if let Some(pid) = following.and_then(|c| deck.card(c).id_at(2, "PID").ok()) {
                 names.extend(property_name(text, pid).map(|n| (pid, n)));
             }
@@ -306,6 +324,15 @@ impl<'a> Importer<'a> {
                 errors.push(card.error(None, OVERFULL));
                 continue;
             }
+            if let Some(last) = rule.last.filter(|last| card.len() > *last) {
+                let beyond = (last + 1..=card.len()).find(|n| !card.is_blank(*n)).unwrap_or(last + 1);
+                let text = clean(card.text(beyond));
+                let message = format!(
+                    "`{text}` stands in field {beyond}, and {name} ends with field {last}; a second element has a card of its own"
+                );
+                errors.push(card.error(None, message));
+                continue;
+            }
             match rule.treatment {
                 Treatment::Read(becomes, reader) => {
                     counts(&mut self.report.read, becomes);
@@ -318,6 +345,10 @@ impl<'a> Importer<'a> {
                 Treatment::LeftOut(why) => {
                     counts(&mut self.report.left_out, why);
                     self.pending.clear();
+                }
+                // What needs it is refused itself.
+                Treatment::Refused(_) if Space::of(name).is_some_and(Space::is_referred_to) => {
+                    counts(&mut self.report.left_out, "no element that is read has it");
                 }
                 Treatment::Refused(why) => errors.push(card.error(None, why)),
             }

@@ -11,12 +11,12 @@ use crate::exchange::writer::Block;
 use crate::model::minus;
 
 pub(super) const CARDS: &[CardRule] = &[
-    read("CONM2", "masses", conm2),
+    read("CONM2", "masses", conm2).up_to(15),
     read("CONM1", "masses", conm1),
-    read("CMASS1", "masses", cmass),
-    read("CMASS2", "masses", cmass),
-    read("CMASS3", "masses", cmass),
-    read("CMASS4", "masses", cmass),
+    read("CMASS1", "masses", cmass).up_to(7),
+    read("CMASS2", "masses", cmass).up_to(7),
+    read("CMASS3", "masses", cmass).up_to(5),
+    read("CMASS4", "masses", cmass).up_to(5),
     used("PMASS", "masses"),
     refused("NSM", "non-structural mass by sets is not read; give it on the properties"),
     refused("NSM1", "non-structural mass by sets is not read; give it on the properties"),

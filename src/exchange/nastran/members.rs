@@ -10,11 +10,11 @@ use crate::exchange::writer::Block;
 use crate::model::{cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
-    read("CBAR", "beams", bar),
-    read("CBEAM", "beams", bar),
-    read("CROD", "beams", rod),
-    read("CTUBE", "beams", rod),
-    read("CONROD", "beams", conrod),
+    read("CBAR", "beams", bar).up_to(17),
+    read("CBEAM", "beams", bar).up_to(19),
+    read("CROD", "beams", rod).up_to(5),
+    read("CTUBE", "beams", rod).up_to(5),
+    read("CONROD", "beams", conrod).up_to(9),
     used("BAROR", "beams"),
     used("BEAMOR", "beams"),
     refused("CBEND", "curved beams are not read; give chains of CBEAM"),

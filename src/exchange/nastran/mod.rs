@@ -67,22 +67,30 @@ pub struct CardRule {
     pub name: &'static str,
     /// What is done with it.
     pub treatment: Treatment,
+    /// The last field that it may have, where that is known: what stands behind it would be lost.
+    pub last: Option<usize>,
+}
+
+impl CardRule {
+    const fn up_to(self, last: usize) -> Self {
+        Self { last: Some(last), ..self }
+    }
 }
 
 const fn read(name: &'static str, becomes: &'static str, reader: Reader) -> CardRule {
-    CardRule { name, treatment: Treatment::Read(becomes, ReaderOf(reader)) }
+    CardRule { name, treatment: Treatment::Read(becomes, ReaderOf(reader)), last: None }
 }
 
 const fn used(name: &'static str, gives: &'static str) -> CardRule {
-    CardRule { name, treatment: Treatment::Used(gives) }
+    CardRule { name, treatment: Treatment::Used(gives), last: None }
 }
 
 const fn left_out(name: &'static str, why: &'static str) -> CardRule {
-    CardRule { name, treatment: Treatment::LeftOut(why) }
+    CardRule { name, treatment: Treatment::LeftOut(why), last: None }
 }
 
 const fn refused(name: &'static str, why: &'static str) -> CardRule {
-    CardRule { name, treatment: Treatment::Refused(why) }
+    CardRule { name, treatment: Treatment::Refused(why), last: None }
 }
 
 /// The catalogue, family by family.

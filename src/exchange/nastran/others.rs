@@ -30,6 +30,7 @@ pub(super) const CARDS: &[CardRule] = &[
     left_out("DTI", SOLUTION),
     left_out("DMI", SOLUTION),
     left_out("SEQGP", SOLUTION),
+    left_out("SNORM", "normals of shells, which are those of their elements"),
     left_out("FORCE", LOADS),
     left_out("FORCE1", LOADS),
     left_out("FORCE2", LOADS),

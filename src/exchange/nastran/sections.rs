@@ -16,8 +16,8 @@ pub(super) const CARDS: &[CardRule] = &[
     used("PBARL", "sections"),
     used("PBEAM", "sections"),
     used("PBEAML", "sections"),
-    used("PROD", "sections"),
-    used("PTUBE", "sections"),
+    used("PROD", "sections").up_to(7),
+    used("PTUBE", "sections").up_to(7),
     refused("PBCOMP", "composite beams are not read; give a PBEAM"),
     refused("PBEND", "curved beams are not read"),
     refused("PBRSECT", "arbitrary sections are not read; give the PBAR that the solver made of it"),
@@ -306,8 +306,10 @@ fn plain(
     if area > 0.0 && density(importer, &material, &mut values)?.is_some() {
         values.items.push(("polar_inertia_per_length".into(), "0 kg m".into()));
     }
-    if !importer.coupled {
-        values.items.push(("lumping".into(), "1".into()));
+    values.items.push(("lumping".into(), "1".into()));
+    if importer.coupled {
+        // Coupled mass of a rod: m L/12 [5 1; 1 5] along it, lumped across.
+        values.items.push(("lumping_along".into(), "0.5".into()));
     }
     Ok(values)
 }

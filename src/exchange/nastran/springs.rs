@@ -10,10 +10,10 @@ use crate::exchange::writer::Block;
 use crate::model::{GLOBAL, cross, dot, minus, plus, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
-    read("CELAS1", "springs", celas),
-    read("CELAS2", "springs", celas),
-    read("CELAS3", "springs", celas),
-    read("CELAS4", "springs", celas),
+    read("CELAS1", "springs", celas).up_to(7),
+    read("CELAS2", "springs", celas).up_to(9),
+    read("CELAS3", "springs", celas).up_to(5),
+    read("CELAS4", "springs", celas).up_to(5),
     read("CBUSH", "bushings", bush),
     used("PELAS", "springs"),
     used("PBUSH", "bushings"),
@@ -21,6 +21,8 @@ pub(super) const CARDS: &[CardRule] = &[
     refused("CBUSH2D", "bushings of rotors are not read; give a CBUSH"),
     refused("CFAST", "fasteners are not read; give a CBUSH between the sheets"),
     refused("CWELD", "welds are not read; give a CBUSH between the sheets"),
+    refused("PFAST", "fasteners are not read; give a CBUSH between the sheets"),
+    refused("PWELD", "welds are not read; give a CBUSH between the sheets"),
     refused("CGAP", "contact is not linear; give a CELAS2 for a gap that is closed"),
     left_out("PBUSHT", "frequency or load dependence"),
     left_out("PELAST", "frequency or load dependence"),

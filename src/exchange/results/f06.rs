@@ -90,7 +90,10 @@ pub(super) fn read(text: &str) -> Result<SolverResults, ResultsError> {
                     continue;
                 };
                 // Another table of numbers, whose heading is not known, ends this one.
-                let Some(eigenvalue) = parse_real(value).filter(|_| words.len() >= 5) else {
+                // An asterisk marks a negative value.
+                let value = parse_real(value.trim_end_matches('*'));
+                // The rows of a table of eigenvalues have at most five numbers behind the two.
+                let Some(eigenvalue) = value.filter(|_| (5..=7).contains(&words.len())) else {
                     table = Table::None;
                     continue;
                 };

@@ -110,18 +110,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
     let mut out = SolverResults { kind: "op2", ..SolverResults::default() };
     let mut modes: BTreeMap<i64, ResultMode> = BTreeMap::new();
     let mut key = records.key()?;
-    // A date, a word of identification and a label stand above, where the file has a header.
+    // A date, a word of identification and labels stand above, where the file has a header.
     if key == Some(3) {
         records.data(3)?;
-        for _ in 0..2 {
-            if let Some(k) = records.key()?.filter(|k| *k > 0) {
-                records.data(k)?;
-            }
+        while let Some(k) = records.key()?.filter(|k| *k > 0) {
+            records.data(k)?;
         }
-        for _ in 0..2 {
-            if records.key()?.is_some_and(|k| k > 0) {
-                return records.wrong("the header ends with the keys -1 and 0");
-            }
+        if records.key()? != Some(0) {
+            return records.wrong("the header ends with the keys -1 and 0");
         }
         key = records.key()?;
     }
@@ -135,7 +131,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<SolverResults, ResultsError> {
         }
         let name = records.data(2)?;
         let name = records.text(name);
-        if records.key()? != Some(-1) {
+        // Newer files say behind the name which version wrote the table.
+        let mut behind = records.key()?;
+        while let Some(k) = behind.filter(|k| *k > 0) {
+            records.data(k)?;
+            behind = records.key()?;
+        }
+        if behind != Some(-1) {
             return records.wrong("the key -1 is expected behind the name of a table");
         }
         match records.key()? {
@@ -155,7 +157,7 @@ fn table(
     out: &mut SolverResults,
     modes: &mut BTreeMap<i64, ResultMode>,
 ) -> Result<(), ResultsError> {
-    let is_wanted = ["OUG", "BOUG", "LAMA", "BLAMA", "CLAMA", "OGPWG", "OPHIG"].iter().any(|n| name.starts_with(n));
+    let is_wanted = ["OUG", "BOUG", "LAMA", "BLAMA", "OGPWG", "OPHIG"].iter().any(|n| name.starts_with(n));
     let mut ident: Vec<u8> = Vec::new();
     let mut number = 0;
     let mut pending = records.key()?;
@@ -173,9 +175,11 @@ fn table(
         let mut data: Vec<u8> = Vec::new();
         pending = records.key()?;
         while let Some(k) = pending.filter(|k| *k > 0) {
-            let part = records.data(k)?;
+            // Records of a matrix are longer than their keys: by the row where a run of values begins.
             if is_wanted {
-                data.extend_from_slice(part);
+                data.extend_from_slice(records.data(k)?);
+            } else if records.next()?.is_none() {
+                return records.wrong("the file breaks off in a table");
             }
             pending = records.key()?;
         }
@@ -303,6 +307,56 @@ mod tests {
             self.record(&[Whole(0)]);
             self.key(0);
         }
+    }
+
+    /// A header with a version, a table whose name is followed by one, and a matrix, whose records are longer than their keys: what
+    /// newer solvers write before the eigenvalues. Complex eigenvalues are none of real modes.
+    #[test]
+    fn what_newer_solvers_write_is_passed_over() {
+        let mut file = File { bytes: Vec::new(), is_big: false, is_long: false };
+        let version =
+            |name: &'static str| [Letters("2021"), Letters("1"), Letters("0"), Letters(""), Letters(name), Letters("")];
+        file.data(&[Whole(5), Whole(4), Whole(21)]);
+        file.data(&[
+            Letters("NAST"),
+            Letters("RAN "),
+            Letters("FORT"),
+            Letters(" TAP"),
+            Letters("E ID"),
+            Letters(" COD"),
+            Letters("E - "),
+        ]);
+        file.data(&[Letters("XXXX"), Letters("XXXX")]);
+        file.data(&version(""));
+        file.key(-1);
+        file.key(0);
+        // A matrix: its name, and a column of two values behind the row where they begin.
+        file.data(&[Letters("KHH"), Letters("")]);
+        file.data(&version("KHH"));
+        file.key(-1);
+        file.data(&(0..7).map(Whole).collect::<Vec<_>>());
+        file.key(-2);
+        file.key(1);
+        file.record(&[Whole(0)]);
+        file.data(&[Letters("KHH"), Letters("")]);
+        file.key(-3);
+        file.key(1);
+        file.record(&[Whole(1)]);
+        file.key(2);
+        file.record(&[Whole(3), Real(1.5), Real(2.5)]);
+        file.key(-4);
+        file.key(1);
+        file.record(&[Whole(0)]);
+        file.key(0);
+        let row =
+            |n: i64, value: f64| vec![Whole(n), Whole(n), Real(value), Real(1.0), Real(0.0), Real(1.0), Real(value)];
+        for (name, value) in [("LAMA", 400.5), ("CLAM", 7.0)] {
+            let rest = if name == "CLAM" { "A" } else { "" };
+            file.table([name, rest], &[vec![Letters(name), Letters(rest)], vec![Whole(20)], row(1, value)]);
+        }
+        file.key(0);
+        let found = read(&file.bytes).unwrap();
+        assert_eq!(found.modes.iter().map(|m| m.eigenvalue).collect::<Vec<_>>(), [400.5]);
     }
 
     /// Eigenvalues and a shape, in words of both widths and in both orders: the same numbers; cut off anywhere: an error and no panic.

@@ -38,7 +38,7 @@ pub struct MeshSpec {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshPartSpec {
-    /// Their type, where the usual one of their shape is not meant: `hex8_reduced` for hexahedra, `bar` for lines, which are beams otherwise.
+    /// Their type, where the usual one of their shape is not meant: `hex8_reduced` or `hex20_reduced` for hexahedra, `bar` for lines, which are beams otherwise.
     #[serde(default, rename = "type", skip_serializing_if = "Option::is_none")]
     pub kind: Option<String>,
     /// What stands before the number of an element in its name, `e` when absent.
