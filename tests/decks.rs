@@ -733,6 +733,17 @@ fn habits_of_real_decks_are_read_or_named() {
     }
 }
 
+/// What only the model refuses, an inertia of no body, is found on its card.
+#[test]
+fn what_the_model_refuses_has_its_card() {
+    let deck = deck_of("CEND\nBEGIN BULK\nGRID,1\nCONM2,11,1,0,100.,,,,,+\n+,105.,110.,105.,,,105.\nENDDATA\n");
+    let imported = import(&deck, options("si")).unwrap_or_else(|e| panic!("{}", e[0]));
+    let problems = imported.load(&Registry::builtin()).unwrap_err();
+    let found =
+        problems.iter().find_map(|p| imported.card_of(&p.path)).map(|id| (deck.name(id), deck.card(id).place().1));
+    assert_eq!(found, Some(("CONM2", 4)), "{problems:?}");
+}
+
 /// A rod of two elements under PARAM,COUPMASS: m L/12 \[5 1; 1 5\] along it, half of its mass at each end across.
 #[test]
 fn coupled_masses_of_rods_are_half_lumped_along_and_lumped_across() {

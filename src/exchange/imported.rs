@@ -71,6 +71,15 @@ impl Imported {
         load_in(&self.text, None, registry, &mut |file| self.file(file))
     }
 
+    /// The card of a Nastran deck that an entry of the text was made of.
+    ///
+    /// * `path` - of the entry or of something in it: `masses.conm2_11`
+    pub fn card_of(&self, path: &str) -> Option<CardId> {
+        let name = path.split('.').nth(1)?;
+        let element = self.origins.elements.get(name).and_then(|origin| origin.card);
+        element.or_else(|| self.origins.grids.get(name).copied())
+    }
+
     /// A file that the text names.
     ///
     /// # Errors

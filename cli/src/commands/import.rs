@@ -9,6 +9,7 @@ use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, impor
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, solve_modes};
 use retune::report::text::number;
+use retune::yaml::Problem;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -122,8 +123,21 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
     // The model is whole, or the import has a fault: said with the line of the file.
     match imported.load(&Registry::builtin()) {
         Ok(_) => Ok(DONE),
-        Err(problems) => Err(Failure::problems(output, &text, &problems)),
+        Err(problems) => {
+            let problems: Vec<Problem> = problems.into_iter().map(|p| with_card(&deck, &imported, p)).collect();
+            Err(Failure::problems(output, &text, &problems))
+        }
     }
+}
+
+/// A problem of the model file with the card that it comes from.
+fn with_card(deck: &AnyDeck, imported: &Imported, mut problem: Problem) -> Problem {
+    if let (AnyDeck::Cards(cards), Some(id)) = (deck, imported.card_of(&problem.path)) {
+        let card = cards.card(id);
+        let (file, line) = card.place();
+        problem.message.push_str(&format!(" (of {} {} at {file}:{line})", card.name(), shown(Path::new(card.text(2)))));
+    }
+    problem
 }
 
 /// Whether a file holds a text already, as it does when a deck is imported once more.
