@@ -203,7 +203,7 @@ struct Shapes {
     /// Node of a grid, and the axes of its displacements as rows.
     grids: HashMap<u32, (usize, [[f64; 3]; 3])>,
     /// Size of the structure, m.
-    extent: f64,
+    size: f64,
 }
 
 impl Shapes {
@@ -219,18 +219,13 @@ impl Shapes {
             let id = name.strip_prefix('n')?.parse().ok()?;
             Some((id, (node, axes.get(name.as_str()).copied().unwrap_or(crate::model::GLOBAL))))
         };
-        let range = |axis: usize| {
-            let along = || geometry.positions.iter().map(|p| p[axis]);
-            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-        };
-        let extent = (0..3).map(range).fold(0.0, f64::hypot);
-        Self { grids: geometry.names.iter().enumerate().filter_map(of).collect(), extent }
+        Self { grids: geometry.names.iter().enumerate().filter_map(of).collect(), size: geometry.size() }
     }
 
     /// MAC of a solver's shape with the nearest shape in the span of some of the model.
     fn mac(&self, solver: &std::collections::BTreeMap<u32, [f64; 6]>, span: &[DMatrix<f64>]) -> Option<f64> {
         let largest = |shape: &DMatrix<f64>, first: usize| shape.columns(first, 3).amax();
-        let turns_alone = |shape: &DMatrix<f64>| largest(shape, 0) < ALL_ROTATION * self.extent * largest(shape, 3);
+        let turns_alone = |shape: &DMatrix<f64>| largest(shape, 0) < ALL_ROTATION * self.size * largest(shape, 3);
         let (first, of_motion) = if !span.is_empty() && span.iter().all(turns_alone) {
             (3, [Dof::Rx, Dof::Ry, Dof::Rz])
         } else {

@@ -77,6 +77,18 @@ pub struct AffineMass {
     pub products: Vec<SymMatrix>,
 }
 
+impl AffineMass {
+    /// Their sum at θ.
+    ///
+    /// * `of` - what they are the terms of
+    pub(super) fn at(&self, of: &AffinePart, theta: &[f64]) -> SymMatrix {
+        let mut rigid = SymMatrix::zeros(6);
+        let masses = self.linear.iter().chain(&self.products);
+        masses.zip(of.at(theta)).for_each(|(mass, (_, factor))| rigid.add_scaled(factor, mass));
+        rigid
+    }
+}
+
 /// How an element's dofs follow from the rows: u_e = B q\[rows\].
 #[derive(Debug, Clone)]
 pub(super) struct Connection {

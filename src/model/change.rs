@@ -469,12 +469,8 @@ impl Change {
     /// Rᵀ ΔM R of the six rigid motions about the origin, (6 x 6).
     pub fn rigid_mass(&self, theta: &[f64], sizes: &[f64]) -> Result<SymMatrix, ModelError> {
         let mut rigid = SymMatrix::zeros(6);
-        self.add_rigid_mass(&mut rigid, theta, sizes)?;
+        (0..self.len()).try_for_each(|part| self.add_rigid_mass_at(part, &mut rigid, theta, sizes))?;
         Ok(rigid)
-    }
-
-    fn add_rigid_mass(&self, rigid: &mut SymMatrix, theta: &[f64], sizes: &[f64]) -> Result<(), ModelError> {
-        (0..self.parts.len()).try_for_each(|part| self.add_rigid_mass_at(part, rigid, theta, sizes))
     }
 
     /// Adds what one part of it has of Rᵀ ΔM R at one point.

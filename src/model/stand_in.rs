@@ -27,7 +27,7 @@ use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
 use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, SymMatrix, symmetric_eigen, tall_take, tall_tr_mul};
+use crate::linalg::{DMatrix, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::modal::ModalError;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -520,9 +520,7 @@ impl ParametricModel for StandIn {
     fn mass_properties(&self, theta: &[f64]) -> Result<Option<MassProperties>, ModelError> {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
-        let mut rigid = SymMatrix::zeros(6);
-        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
-        masses.zip(self.affine.at(theta)).for_each(|(mass, (_, factor))| rigid.add_scaled(factor, mass));
+        let mut rigid = self.rigid_mass.at(&self.affine, theta);
         for &(change, part) in &self.not_in_rigid_mass {
             let placed = &self.changes[change];
             let sizes = &sizes[placed.first_size..placed.first_size + placed.change.n_sizes()];

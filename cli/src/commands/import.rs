@@ -133,9 +133,8 @@ pub(crate) fn run(args: &Import) -> Result<u8, Failure> {
 /// A problem of the model file with the card that it comes from.
 fn with_card(deck: &AnyDeck, imported: &Imported, mut problem: Problem) -> Problem {
     if let (AnyDeck::Cards(cards), Some(id)) = (deck, imported.card_of(&problem.path)) {
-        let card = cards.card(id);
-        let (file, line) = card.place();
-        problem.message.push_str(&format!(" (of {} {} at {file}:{line})", card.name(), shown(Path::new(card.text(2)))));
+        let at = cards.error(id, None, "");
+        problem.message.push_str(&format!(" (of {} at {}:{})", at.card, at.file, at.line));
     }
     problem
 }

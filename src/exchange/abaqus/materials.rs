@@ -42,12 +42,10 @@ pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Ma
                 importer.only_first(&k, 1);
             }
             "ELASTIC" => {
-                out.elastic = Some(elastic(importer, &k)?);
+                let (constants, is_interpolated) = elastic(importer, &k)?;
+                out.elastic = Some(constants);
                 // What is interpolated is no item of the deck.
-                let is_own = k.n_lines() == 1
-                    || !out.elastic.is_some_and(|e| e.is_isotropic())
-                    || importer.temperature().is_none();
-                out.elastic_at = Some(*index).filter(|_| is_own);
+                out.elastic_at = Some(*index).filter(|_| !is_interpolated);
             }
             _ => {}
         }
@@ -55,13 +53,15 @@ pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Ma
     Ok(out)
 }
 
-fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, DeckError> {
+/// The constants, and whether they are between those of the deck.
+fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<(Elastic, bool), DeckError> {
+    let mut is_interpolated = false;
     let kind: String = k.label("TYPE").unwrap_or_else(|| "ISO".to_string()).split_whitespace().collect();
     let above = |values: &[f64]| {
         let ok = values.iter().all(|v| *v > 0.0);
         if ok { Ok(()) } else { Err(k.error("its moduli must be above zero")) }
     };
-    Ok(match kind.as_str() {
+    let constants = match kind.as_str() {
         "ISO" | "ISOTROPIC" => {
             let constants = |line: &DataLine<'_>| {
                 let (e, nu) = (positive(line, 0, "E")?, line.real_or(1, "nu", 0.0)?);
@@ -72,9 +72,10 @@ fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, Deck
                 }
             };
             let (mut e, mut nu) = constants(&k.needs_line(0, "E and nu")?)?;
-            let depends = k.parameter("DEPENDENCIES").is_some();
-            match importer.temperature().filter(|_| k.n_lines() > 1 && !depends) {
+            let is_table = k.n_lines() > 1 && k.parameter("DEPENDENCIES").is_none();
+            match is_table.then(|| importer.temperature()).flatten() {
                 Some(at) => {
+                    is_interpolated = true;
                     let rows: Vec<(f64, (f64, f64))> = k
                         .lines()
                         .filter(|l| !l.is_empty())
@@ -122,7 +123,8 @@ fn elastic(importer: &mut Importer<'_>, k: &Keyword<'_>) -> Result<Elastic, Deck
                 "elastic constants of the type {other} are not read; known are ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC, LAMINA"
             )));
         }
-    })
+    };
+    Ok((constants, is_interpolated))
 }
 
 /// Constants of a table at a temperature, linear between its rows and those of its ends beyond; `None` where temperatures do not ascend.

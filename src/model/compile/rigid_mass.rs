@@ -15,11 +15,7 @@ impl Model {
 
     /// Rᵀ M R of the six rigid motions about the origin at θ, (6 x 6).
     pub fn rigid_mass(&self, theta: &[f64]) -> Result<SymMatrix, ModelError> {
-        let mut rigid = SymMatrix::zeros(6);
-        let masses = self.rigid_mass.linear.iter().chain(&self.rigid_mass.products);
-        for (mass, (_, factor)) in masses.zip(self.affine.at(theta)) {
-            rigid.add_scaled(factor, mass);
-        }
+        let mut rigid = self.rigid_mass.at(&self.affine, theta);
         self.general.iter().try_for_each(|&e| self.add_rigid_mass_of(e, theta, &mut rigid))?;
         Ok(rigid)
     }
