@@ -13,13 +13,14 @@ use super::problem::scene::Scene;
 use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
+use super::search::hypothesis::{Refit, Tried};
 use super::search::one_cause::{OneCause, one_cause_of};
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
 use crate::catalogue::did_you_mean;
 use crate::data::{Standing, TestData};
-use crate::diagnosis::thresholds::{BY_CHANCE, MISREAD};
+use crate::diagnosis::thresholds::{BY_CHANCE, MISREAD, STRONG};
 use crate::effect::{Context, Structure};
 use crate::fault::Tests;
 use crate::linalg::DVector;
@@ -62,35 +63,48 @@ fn with_modes_of_the_structure(
         OneCause::Any => Some(scene.as_given()),
     };
     let is_tried = with_all.is_some();
-    if let Some(with_all) = with_all
-        && let Some(found) = by_one_cause(with_all, starts, weight, settings)?
-    {
-        return named(found);
+    if let Some(with_all) = with_all {
+        match by_one_cause(with_all, starts, weight, settings)? {
+            Asked::Explained(found) => return named(*found),
+            // The best of what does not suffice alone may still give every mode its partner: then several things are wrong, and none of the modes
+            // is foreign.
+            Asked::Best(best) => {
+                if let Some(freed) = with_partners_by(&scene, &best, &foreign, settings)? {
+                    let begun = best.fit.x.rows(0, best.fit.x.len() - best.estimates.len()).into_owned();
+                    return named(investigate_these(freed, starts, Some(&begun), weight, settings)?);
+                }
+            }
+            Asked::Nothing => {}
+        }
     }
     let found = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
     if may_be_had()
-        && let Some(freed) = with_partners_by_the_named(&scene, &found, &foreign, settings)?
+        && let Some(refit) = the_named(&found)
+        && let Some(freed) = with_partners_by(&scene, refit, &foreign, settings)?
         // All modes together have been tried before.
         && (!is_tried || freed.test.modes.iter().any(|mode| is_foreign(&mode.standing)))
-        && let Some(with_them) = by_one_cause(freed, starts, weight, settings)?
+        && let Asked::Explained(with_them) = by_one_cause(freed, starts, weight, settings)?
     {
-        return named(with_them);
+        return named(*with_them);
     }
     named(found)
 }
 
-/// The scene with the modes that looked foreign at the base and have a partner where the named effect is in the model; `None` where none has.
+/// The effect that a diagnosis names.
+fn the_named(found: &Investigation) -> Option<&Refit> {
+    let first = found.diagnosis.hypotheses.first().filter(|_| found.diagnosis.verdict == Verdict::MissingEffect)?;
+    found.refits.iter().find(|r| r.id(&found.base.scene) == first.id)
+}
+
+/// The scene with the modes that looked foreign at the base and have a partner where an effect is in the model; `None` where none has.
 ///
 /// The look for one cause before asks the model with an effect of a few sizes; here the size and the parameters are fitted.
-fn with_partners_by_the_named(
+fn with_partners_by(
     scene: &Scene,
-    found: &Investigation,
+    refit: &Refit,
     foreign: &[usize],
     settings: &Settings,
 ) -> Result<Option<Scene>, DiagnosisError> {
-    let Some(first) = found.diagnosis.hypotheses.first() else { return Ok(None) };
-    let refit = found.refits.iter().find(|r| r.id(&found.base.scene) == first.id);
-    let Some(refit) = refit.filter(|_| found.diagnosis.verdict == Verdict::MissingEffect) else { return Ok(None) };
     let given = refit.scene.as_given();
     let settled = settings.pairing.settle(&given.comparisons()?, &refit.fit.x, MISREAD)?;
     let with_the_named = given.with_modes(settled.tests);
@@ -113,26 +127,45 @@ fn is_foreign(standing: &Standing) -> bool {
     matches!(standing, Standing::Aside { foreign: Some(_), .. })
 }
 
+/// What a search for one cause of all modes found.
+enum Asked {
+    /// The diagnosis, where one cause explains them to the stated noise.
+    Explained(Box<Investigation>),
+    /// The effect that explains most, and not all.
+    Best(Box<Refit>),
+    Nothing,
+}
+
 /// The diagnosis with all modes, where one cause explains them to the stated noise: several changes and larger noise explain anything.
 fn by_one_cause(
     scene: Scene,
     starts: &[DVector<f64>],
     weight: Option<f64>,
     settings: &Settings,
-) -> Result<Option<Investigation>, DiagnosisError> {
+) -> Result<Asked, DiagnosisError> {
     let base = stage_begun(scene, starts, None, weight.unwrap_or(1.0), settings)?;
     let refits = refit(&base, false)?;
     let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
     let spare = degrees_of_freedom(&base.fit, &base.q).max(1.0);
     let noise = ChiSquared::new(spare).ok();
     let explains = |misfit: f64| noise.is_some_and(|c| 1.0 - c.cdf(misfit) > BY_CHANCE);
+    let best = refits.hypotheses.iter().filter(|r| r.missed == 0 && r.ln_bayes > STRONG);
+    let best = best.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    let best = match best.filter(|r| matches!(r.tried, Tried::Effect(_))) {
+        Some(r) => Asked::Best(Box::new(r.clone())),
+        None => Asked::Nothing,
+    };
     if !refits.hypotheses.iter().any(|r| r.missed == 0 && explains(r.misfit)) {
-        return Ok(None);
+        return Ok(best);
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;
     let is_one = matches!(diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault);
     let is_explained = is_one && diagnosis.hypotheses.first().is_some_and(|h| explains(h.misfit_after));
-    Ok(is_explained.then_some(Investigation { diagnosis, base, refits: refits.hypotheses }))
+    Ok(if is_explained {
+        Asked::Explained(Box::new(Investigation { diagnosis, base, refits: refits.hypotheses }))
+    } else {
+        best
+    })
 }
 
 /// With what has no partner named.

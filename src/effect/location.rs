@@ -71,6 +71,12 @@ impl Location {
         has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
+    /// Whether it is of the same kind, in the same direction and configuration, at as many things.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        (self.kind, self.direction(), &self.configuration, self.names.len())
+            == (other.kind, other.direction(), &other.configuration, other.names.len())
+    }
+
     /// The same in a direction.
     #[must_use]
     pub fn along(mut self, direction: &str) -> Self {

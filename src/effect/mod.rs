@@ -255,8 +255,29 @@ impl Effects {
     }
 }
 
-/// An effect at a place in words.
+/// An effect at a place in words; between the places of a mesh only where it is none of them.
 fn place_of(
+    effect: &'static dyn Effect,
+    structure: &Structure<'_>,
+    place: &str,
+    configuration: Option<&str>,
+) -> Result<Candidate, PatchError> {
+    let refused = match listed(effect, structure, place, configuration) {
+        Err(refused @ PatchError::UnknownPlace { .. }) => refused,
+        other => return other,
+    };
+    // `n81+n18.uz`: names, the last with a direction behind it.
+    let without = place.rsplit_once('.').map_or(place, |(names, _)| names);
+    let further: Vec<String> = place.split('+').chain(without.split('+')).map(str::to_string).collect();
+    if !further.iter().any(|name| structure.has_place(name)) {
+        return Err(refused);
+    }
+    let context = Context { further, ..structure.context().clone() };
+    listed(effect, &Structure::new(structure.model(), &context), place, configuration).map_err(|_| refused)
+}
+
+/// An effect at a place that it lists.
+fn listed(
     effect: &'static dyn Effect,
     structure: &Structure<'_>,
     place: &str,

@@ -1,6 +1,7 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
 mod cuts;
+mod finer;
 mod groups;
 mod inside;
 mod joint_ends;
@@ -36,6 +37,9 @@ pub struct Context {
     pub frequencies_hz: Vec<f64>,
     /// Names of masses that stand in this configuration and not in the base model.
     pub own_masses: Vec<String>,
+    /// Places of a mesh beside those at which effects are always looked for: nodes, and patches `e81~12`, the twelve elements of a part that are
+    /// nearest to one of them. Other names are passed over.
+    pub further: Vec<String>,
 }
 
 impl Context {
@@ -154,6 +158,10 @@ pub struct Structure<'a> {
     pairs: Once<Vec<Location>>,
     /// Ends of beams that lie inside something, which every patch of a rigid end asks for.
     joint_ends: Once<Vec<JointEnd>>,
+    /// Per node, the elements that are joined to it.
+    at_nodes: Once<Vec<Vec<usize>>>,
+    /// Per element, its part of the mesh.
+    mesh_part: Once<Vec<Option<usize>>>,
     /// Axial forces per unit of a body acceleration along each axis, where the structure carries it.
     forces: [Once<Option<own_weight::Forces>>; 3],
     /// Whether places are wider than those of the file.
@@ -190,6 +198,8 @@ impl<'a> Structure<'a> {
             extent: extent(&model.geometry().positions),
             pairs: Once::new(),
             joint_ends: Once::new(),
+            at_nodes: Once::new(),
+            mesh_part: Once::new(),
             forces: Default::default(),
             is_wider: false,
             ends: Vec::new(),
@@ -207,6 +217,12 @@ impl<'a> Structure<'a> {
         s.element_partner = element_partners(model, &s.node_partner);
         s.look_at_elements();
         s.parts = s.list_parts();
+        let further = s.further_patches();
+        if !further.is_empty() {
+            let mut parts = [std::mem::take(&mut s.parts), further].concat();
+            s.pair_up(&mut parts);
+            s.parts = parts;
+        }
         let mut spans = s.list_spans();
         spans.extend(s.list_cuts());
         s.pair_up(&mut spans);
@@ -301,12 +317,15 @@ impl<'a> Structure<'a> {
         elements.is_some_and(|all| all.into_iter().flatten().any(of_near))
     }
 
-    /// The elements of a part, that of an end, or those of any other name of the model: an element of a mesh.
+    /// The elements of a part, that of an end, or those of any other name of the model: an element of a mesh, or a patch about one.
     fn elements_of(&self, name: &str) -> Vec<usize> {
         match (self.part(name), self.end(name)) {
             (Some(part), _) => part.elements.clone(),
             (None, Some(end)) => vec![end.element],
-            (None, None) => self.model.element_set(name).unwrap_or_default().to_vec(),
+            (None, None) => match self.model.element_set(name) {
+                Some(set) => set.to_vec(),
+                None => self.patch_about(name).unwrap_or_default(),
+            },
         }
     }
 

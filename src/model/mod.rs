@@ -43,6 +43,7 @@ mod mesh_file;
 mod mesh_tests;
 mod motion_kinds;
 mod open_section;
+mod outwards;
 #[cfg(test)]
 mod override_tests;
 mod parameter;
@@ -95,6 +96,7 @@ pub use lint::{FreeEdges, Soundness, doubts, lint};
 pub use load::{load, load_configuration, load_in, solver_runs};
 pub use mass_properties::MassProperties;
 pub use mesh_error::MeshError;
+pub(crate) use outwards::Outwards;
 pub use parameter::{Parameter, ParameterSet};
 pub use placed_element::PlacedElement;
 pub use placed_matrices::{PlacedDof, PlacedMatrices};

@@ -15,7 +15,9 @@ use crate::diagnosis::problem::race::fit;
 use crate::diagnosis::problem::scene::{Scene, box_starts};
 use crate::diagnosis::settings::Settings;
 use crate::diagnosis::thresholds::{LN_WIDER, REMAINDER};
-use crate::effect::{Candidate, Configured, Context, SensorLoad, Structure, candidates_in, candidates_on_wider_places};
+use crate::effect::{
+    Candidate, Configured, Context, Effects, SensorLoad, Structure, candidates_in, candidates_on_wider_places,
+};
 use crate::fault::PlacedFault;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
@@ -85,10 +87,24 @@ impl Stage {
         near: Option<&[String]>,
         is_wanted: impl Fn(&Candidate) -> bool,
     ) -> Vec<Candidate> {
-        let all = in_configurations(&self.scene, &self.settings.places, |tested| {
+        let all = in_configurations(&self.scene, &self.settings.places, &[], |tested| {
             candidates_on_wider_places(tested, &self.settings.effects, near)
         });
         all.into_iter().filter(is_wanted).collect()
+    }
+
+    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`].
+    pub(crate) fn finer_candidates(&self, about: &Candidate, round: u32) -> Vec<Candidate> {
+        let context = Context::default();
+        let models = self.scene.cases.iter().map(|case| Structure::new(&case.model, &context));
+        let further = models.map(|s| s.finer(&about.location, round)).find(|f| !f.is_empty()).unwrap_or_default();
+        if further.is_empty() {
+            return Vec::new();
+        }
+        let only = Effects::none().with(about.effect);
+        let mut all = in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
+        all.retain(|c| c.location.is_like(&about.location) && c.location.names.iter().any(|n| further.contains(n)));
+        all
     }
 
     /// The same with these effects at wider places instead of its own.
@@ -282,7 +298,7 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 
 /// Every effect at every place of the structure, in the configurations that were tested.
 pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
-    let mut all = in_configurations(scene, &settings.places, |tested| candidates_in(tested, &settings.effects));
+    let mut all = in_configurations(scene, &settings.places, &settings.places, |tested| candidates_in(tested, &settings.effects));
     if let Some(only) = scene.only() {
         all.retain(|c| only.contains(&c.id()));
     }
@@ -290,9 +306,12 @@ pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
 }
 
 /// What `list` finds on the configurations that were tested, as far as it has one of the places; of none, everything.
+///
+/// * `further` - places of a mesh beside those at which effects are always looked for
 fn in_configurations(
     scene: &Scene,
     places: &[String],
+    further: &[String],
     list: impl Fn(&[Configured<'_>]) -> Vec<Candidate>,
 ) -> Vec<Candidate> {
     let mut configurations: Vec<(Option<&str>, &Model, Context)> = Vec::new();
@@ -309,7 +328,8 @@ fn in_configurations(
             None => {
                 let here = scene.configuration(case).and_then(|name| scene.file.configurations.get(name));
                 let own_masses = here.map_or_else(Vec::new, |c| c.masses.keys().cloned().collect());
-                let context = Context { sensors, frequencies_hz, own_masses };
+                let further = further.to_vec();
+                let context = Context { sensors, frequencies_hz, own_masses, further };
                 configurations.push((scene.configuration(case), &case.model, context));
             }
         }

@@ -1,14 +1,17 @@
 //! What has been found at a stage.
 
 use super::hypothesis::Refit;
+use super::look::by_size;
 use super::spread::Fitted;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::listener::StepTaken;
 use crate::diagnosis::problem::evidence::{goodness_of_fit, ln_evidence};
 use crate::diagnosis::problem::work::WorkDone;
+use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::thresholds::REMAINDER;
 use crate::linalg::DVector;
+use crate::once::Once;
 use std::sync::atomic::Ordering;
 
 /// What was refitted.
@@ -31,6 +34,8 @@ pub(crate) struct Board<'a> {
     /// Values of the base from which fits start.
     pub(crate) bases: Vec<DVector<f64>>,
     pub(crate) found: Refits,
+    /// Effects by what they leave at the best of their sizes.
+    by_size: Once<Vec<&'a Score>>,
 }
 
 impl<'a> Board<'a> {
@@ -38,12 +43,17 @@ impl<'a> Board<'a> {
     pub(crate) fn new(stage: &'a Stage, most: usize, few: bool) -> Result<Self, DiagnosisError> {
         let found = Refits { hypotheses: Vec::new(), spreads: Vec::new() };
         let bases = vec![stage.fit.x.clone(), stage.scene.start()];
-        Ok(Self { stage, ln_base: ln_evidence(&stage.fit)?, most, few, bases, found })
+        Ok(Self { stage, ln_base: ln_evidence(&stage.fit)?, most, few, bases, found, by_size: Once::new() })
     }
 
     /// Takes over what is new or better.
     pub(crate) fn add(&mut self, found: Vec<Refit>) {
         merge(self.stage, &mut self.found.hypotheses, found);
+    }
+
+    /// Effects by what they leave at the best of their sizes, looked at when this is first asked.
+    pub(crate) fn by_size(&self) -> &[&'a Score] {
+        self.by_size.get_or_find(|| by_size(self.stage))
     }
 
     /// The hypothesis with the largest evidence.

@@ -9,6 +9,7 @@ pub(crate) mod board;
 pub(crate) mod fault_number;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;
+mod look;
 pub(crate) mod nested;
 pub(crate) mod one_cause;
 pub(crate) mod pairs;

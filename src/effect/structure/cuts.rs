@@ -126,7 +126,8 @@ impl Structure<'_> {
         run
     }
 
-    fn centre(&self, element: usize) -> Vector {
+    /// The mean of the nodes of an element.
+    pub(super) fn centre(&self, element: usize) -> Vector {
         let (nodes, at) = (&self.model.elements()[element].nodes, &self.model.geometry().positions);
         std::array::from_fn(|i| nodes.iter().map(|&n| at[n][i]).sum::<f64>() / nodes.len() as f64)
     }

@@ -16,8 +16,9 @@ impl Structure<'_> {
     }
 
     /// Nodes of the file, and those of superelements and of a mesh at which effects are looked for.
-    fn sites(&self) -> Vec<usize> {
-        (0..self.n_nodes()).filter(|&n| self.model.is_site(n)).collect()
+    pub(super) fn sites(&self) -> Vec<usize> {
+        let further: HashSet<usize> = self.further_nodes().collect();
+        (0..self.n_nodes()).filter(|n| self.model.is_site(*n) || further.contains(n)).collect()
     }
 
     /// Nodes in each direction in which an effect can act on them; where places are wider, those inside of elements, and those of the file with

@@ -4,13 +4,12 @@ use super::{Entry, Placer};
 use crate::catalogue::did_you_mean;
 use crate::element::Element;
 use crate::mesh::{Mesh, Shape};
-use crate::model::geometry::{Vector, dot, minus, plus, spread};
+use crate::model::geometry::{Vector, plus, spread};
 use crate::model::loaded_mesh::{ALL, PlacedMesh};
+use crate::model::outwards::Outwards;
 use crate::model::placed_element::PlacedElement;
 use crate::model::spec::MeshPartSpec;
 use crate::yaml::child;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 
 /// Nodes at which effects are looked for, of a mesh or of a large superelement.
 pub(in crate::model) const MOST_SITES: usize = 100;
@@ -307,43 +306,11 @@ impl Placer<'_> {
     }
 }
 
-/// A place on the way outwards.
-#[derive(PartialEq)]
-struct Reached {
-    distance: f64,
-    at: usize,
-    seed: usize,
-}
-
-impl Eq for Reached {}
-
-impl Ord for Reached {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // The nearest first; of two as near, that of the first seed.
-        other.distance.total_cmp(&self.distance).then(other.seed.cmp(&self.seed)).then(other.at.cmp(&self.at))
-    }
-}
-
-impl PartialOrd for Reached {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
 /// For each point the seed that is nearest along neighbours; none where no seed reaches it.
 fn nearest_seed(points: &[Vector], neighbours: &[Vec<usize>], seeds: &[usize]) -> Vec<Option<usize>> {
     let mut owner = vec![None; points.len()];
-    let mut open: BinaryHeap<Reached> =
-        seeds.iter().enumerate().map(|(seed, &at)| Reached { distance: 0.0, at, seed }).collect();
-    while let Some(Reached { distance, at, seed }) = open.pop() {
-        if owner[at].is_some() {
-            continue;
-        }
-        owner[at] = Some(seed);
-        for &next in neighbours[at].iter().filter(|n| owner[**n].is_none()) {
-            let step = minus(points[next], points[at]);
-            open.push(Reached { distance: distance + dot(step, step).sqrt(), at: next, seed });
-        }
+    for reached in Outwards::new(seeds, |i| points[i], |i| neighbours[i].iter().copied()) {
+        owner[reached.at] = Some(reached.seed);
     }
     owner
 }

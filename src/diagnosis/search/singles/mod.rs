@@ -7,7 +7,9 @@ mod chosen;
 mod every_other;
 mod every_part;
 mod extended;
+mod finer_mesh;
 mod like_the_best;
+mod looked;
 mod other_basins;
 mod screened;
 mod step;
@@ -22,17 +24,19 @@ use step::Step;
 
 /// The search for one cause, step by step.
 ///
-/// First-order scores mislead where an effect is large or the base has been pulled far. So where none of the best leaves noise, every other effect is
-/// fitted with a few steps, and the best of those in full, with the best of every kind. What is like the best, in kind or place, is fitted once
+/// First-order scores mislead where an effect is large or the base has been pulled far. So every effect is looked at in several sizes, and where
+/// none of the best leaves noise, those that this and the scores put first are fitted with a few steps, and the best of those in full, with the best of every kind. What is like the best, in kind or place, is fitted once
 /// more from where the best has brought the base; what leaves nearly its trace is fitted too, so that ties are complete.
 const SEARCH: &[Step] = &[
     screened::STEP,
+    looked::STEP,
     every_part::STEP,
     every_other::STEP,
     extended::STEP,
     with_more_sizes::STEP,
     like_the_best::STEP,
     beyond_the_place::STEP,
+    finer_mesh::STEP,
     about_all_axes::STEP,
     other_basins::STEP,
     ties::STEP,

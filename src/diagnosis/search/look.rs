@@ -1,0 +1,74 @@
+//! A look at effects at several sizes each, before any of them is fitted.
+//!
+//! Slopes mislead where an effect is large: a mass of a fifth of the structure, or a joint that has hardly any stiffness left, moves modes far from
+//! where their slopes point, and stands behind hundreds of others in the ranking. What it leaves of the residual at a size that it may have tells.
+
+use super::starts::start_sizes;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::problem::changed::with_effect;
+use crate::diagnosis::problem::fit::project;
+use crate::diagnosis::problem::rows::Posed;
+use crate::diagnosis::problem::scene::Prior;
+use crate::diagnosis::screen::effects::{Score, Screened, steps};
+use crate::diagnosis::screen::stage::Stage;
+use crate::linalg::DVector;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Effects by what they leave at the best of their sizes.
+pub(super) fn by_size(stage: &Stage) -> Vec<&Score> {
+    let all = &stage.effects;
+    let work = stage.settings.listener.work("looking at effects of several sizes", all.len());
+    let look = |s: &Score| {
+        let left = if stage.settings.until.is_over() { None } else { least_left(stage, s).ok().flatten() };
+        work.step();
+        left
+    };
+    let left: Vec<Option<f64>> = all.par_iter().map(look).collect();
+    let mut ranked: Vec<(f64, &Score)> = left.into_iter().zip(all).filter_map(|(left, s)| Some((left?, s))).collect();
+    // Stable: of equal ones that with the higher score stays first.
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().map(|(_, s)| s).collect()
+}
+
+/// Effects that deserve a short fit: in turns the next by its slope and the next by what it leaves.
+pub(super) fn in_turns<'a>(by_slope: &'a [Score], by_size: &[&'a Score], most: usize) -> Vec<&'a Score> {
+    let (mut by_slope, mut by_size) = (by_slope.iter(), by_size.iter().copied());
+    let mut known = BTreeSet::new();
+    let mut out = Vec::with_capacity(most);
+    while out.len() < most {
+        let both = [by_slope.find(|s| known.insert(s.index)), by_size.find(|s| known.insert(s.index))];
+        if both.iter().all(Option::is_none) {
+            break;
+        }
+        out.extend(both.into_iter().flatten());
+    }
+    out.truncate(most);
+    out
+}
+
+/// The least that an effect leaves of the projected residual at any of the sizes from which it is fitted.
+fn least_left(stage: &Stage, score: &Score) -> Result<Option<f64>, DiagnosisError> {
+    let screened = &stage.screened[score.index];
+    let scene = with_effect(&stage.scene, &screened.candidate)?;
+    let comparisons = scene.comparisons()?;
+    let priors = vec![Prior::NONE; scene.solved().parameters().free().len()];
+    let posed = Posed::new(&scene, &comparisons, priors, stage.weight);
+    let fit = &stage.fit;
+    let cut = fit.rows.measured + fit.rows.targets;
+    let left = |sizes: Vec<f64>| {
+        let r = posed.data_rows(&[&fit.theta, &sizes[..]].concat()).ok()?;
+        let rows = DVector::from_fn(fit.r.len(), |i, _| if i < cut { r[i] } else { fit.r[i] });
+        Some(project(&stage.q, &rows).norm_squared()).filter(|left| left.is_finite())
+    };
+    Ok(sizes(screened, score).into_iter().filter_map(left).min_by(f64::total_cmp))
+}
+
+/// Sizes at which an effect is looked at: those from which it is fitted, of a body on a spring with its typical mass alone.
+fn sizes(screened: &Screened, score: &Score) -> Vec<Vec<f64>> {
+    let candidate = &screened.candidate;
+    if candidate.parameters.iter().all(|p| p.grid.is_empty()) {
+        return start_sizes(candidate, screened, Some(score));
+    }
+    steps(candidate).into_iter().map(|(values, _)| values).collect()
+}
