@@ -6,7 +6,9 @@ use super::problem::scene::Scene;
 use super::result::Diagnosis;
 use super::screen::stage::{Stage, stage, stage_begun};
 use super::search::basin::in_the_lowest_basin;
-use super::search::hypothesis::Refit;
+use super::search::board::merge;
+use super::search::hypothesis::{Refit, Tried};
+use super::search::run::refit_these;
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::{better_than_noise, conclude};
@@ -23,10 +25,11 @@ pub(super) struct Investigation {
 /// The same with the modes as they stand.
 ///
 /// * `begun` - where the parameters came while the pairs were decided
+/// * `known` - hypotheses that have explained much of the same data already: they are fitted whatever the search finds
 pub(super) fn investigate_these(
     scene: Scene,
-    starts: &[DVector<f64>],
-    begun: Option<&DVector<f64>>,
+    (starts, begun): (&[DVector<f64>], Option<&DVector<f64>>),
+    known: &[&Tried],
     weight: Option<f64>,
     settings: &Settings,
 ) -> Result<Investigation, DiagnosisError> {
@@ -35,7 +38,12 @@ pub(super) fn investigate_these(
         return Err(DiagnosisError::NoPartner);
     }
     let base = stage_begun(scene, starts, begun, weight.unwrap_or(1.0), settings)?;
-    let refits = refit(&base, false)?;
+    let mut refits = refit(&base, false)?;
+    if !known.is_empty() {
+        let bases: Vec<DVector<f64>> = begun.into_iter().chain([&base.fit.x]).cloned().collect();
+        merge(&base, &mut refits.hypotheses, refit_these(&base, known, &bases)?);
+        refits.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    }
     let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {

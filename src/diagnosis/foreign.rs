@@ -4,7 +4,8 @@
 //! size: what it misses is taken for model form, and its true modes stay. A mode that one cause explains together with all
 //! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two. Such a cause is looked for before the others decide without the mode, and
-//! after: what they name may give the mode its partner.
+//! after: what they name may give the mode its partner. Where the best of that search gives such modes their partners and does not explain
+//! everything, several things are wrong, and these modes stay.
 
 use super::answer::{Investigation, investigate_these};
 use super::error::DiagnosisError;
@@ -68,16 +69,19 @@ fn with_modes_of_the_structure(
             Asked::Explained(found) => return named(*found),
             // The best of what does not suffice alone may still give every mode its partner: then several things are wrong, and none of the modes
             // is foreign.
-            Asked::Best(best) => {
-                if let Some(freed) = with_partners_by(&scene, &best, &foreign, settings)? {
+            Asked::Best(found) => {
+                if let Some(best) = found.first()
+                    && let Some(freed) = with_partners_by(&scene, best, &foreign, settings)?
+                {
                     let begun = best.fit.x.rows(0, best.fit.x.len() - best.estimates.len()).into_owned();
-                    return named(investigate_these(freed, starts, Some(&begun), weight, settings)?);
+                    let known: Vec<&Tried> = found.iter().map(|r| &r.tried).collect();
+                    return named(investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?);
                 }
             }
             Asked::Nothing => {}
         }
     }
-    let found = investigate_these(decided, starts, x.as_ref(), weight, settings)?;
+    let found = investigate_these(decided, (starts, x.as_ref()), &[], weight, settings)?;
     if may_be_had()
         && let Some(refit) = the_named(&found)
         && let Some(freed) = with_partners_by(&scene, refit, &foreign, settings)?
@@ -131,8 +135,8 @@ fn is_foreign(standing: &Standing) -> bool {
 enum Asked {
     /// The diagnosis, where one cause explains them to the stated noise.
     Explained(Box<Investigation>),
-    /// The effect that explains most, and not all.
-    Best(Box<Refit>),
+    /// The effects that explain most, and not all, the best first.
+    Best(Vec<Refit>),
     Nothing,
 }
 
@@ -149,12 +153,11 @@ fn by_one_cause(
     let spare = degrees_of_freedom(&base.fit, &base.q).max(1.0);
     let noise = ChiSquared::new(spare).ok();
     let explains = |misfit: f64| noise.is_some_and(|c| 1.0 - c.cdf(misfit) > BY_CHANCE);
-    let best = refits.hypotheses.iter().filter(|r| r.missed == 0 && r.ln_bayes > STRONG);
-    let best = best.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-    let best = match best.filter(|r| matches!(r.tried, Tried::Effect(_))) {
-        Some(r) => Asked::Best(Box::new(r.clone())),
-        None => Asked::Nothing,
-    };
+    let strong = refits.hypotheses.iter().filter(|r| r.missed == 0 && r.ln_bayes > STRONG);
+    let mut best: Vec<Refit> = strong.filter(|r| matches!(r.tried, Tried::Effect(_))).cloned().collect();
+    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    best.truncate(settings.effort.best);
+    let best = if best.is_empty() { Asked::Nothing } else { Asked::Best(best) };
     if !refits.hypotheses.iter().any(|r| r.missed == 0 && explains(r.misfit)) {
         return Ok(best);
     }

@@ -19,6 +19,8 @@ pub struct Candidate {
     pub patch: Patch,
     /// The parameters that it brings, in the order in which they follow those of the model.
     pub parameters: Vec<NewParameter>,
+    /// ln of the odds of its place against one of those that every search tries.
+    pub(crate) ln_odds: f64,
 }
 
 impl Candidate {
@@ -33,7 +35,7 @@ impl Candidate {
             };
         }
         let parameters = patch.parameters().cloned().collect();
-        Ok(Self { effect, location: at.clone(), patch, parameters })
+        Ok(Self { effect, location: at.clone(), patch, parameters, ln_odds: 0.0 })
     }
 
     /// `mass-offset@left_wing.y`, as `add` takes it.

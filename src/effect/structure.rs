@@ -43,6 +43,17 @@ pub struct Context {
 }
 
 impl Context {
+    /// With nothing known.
+    pub fn nothing() -> &'static Self {
+        static NOTHING: Context = Context {
+            sensors: Vec::new(),
+            frequencies_hz: Vec::new(),
+            own_masses: Vec::new(),
+            further: Vec::new(),
+        };
+        &NOTHING
+    }
+
     /// Whether this is a mass of the configuration, or one of several that an entry makes.
     pub fn is_own_mass(&self, name: &str) -> bool {
         let is_of = |entry: &String| {
@@ -318,7 +329,7 @@ impl<'a> Structure<'a> {
     }
 
     /// The elements of a part, that of an end, or those of any other name of the model: an element of a mesh, or a patch about one.
-    fn elements_of(&self, name: &str) -> Vec<usize> {
+    pub(crate) fn elements_of(&self, name: &str) -> Vec<usize> {
         match (self.part(name), self.end(name)) {
             (Some(part), _) => part.elements.clone(),
             (None, Some(end)) => vec![end.element],

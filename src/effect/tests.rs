@@ -4,6 +4,7 @@ mod closed_forms;
 mod configurations;
 mod cuts;
 mod files;
+mod finer;
 mod groups;
 mod lines;
 mod own_elements;

@@ -86,19 +86,14 @@ impl PartialOrd for Reached {
 mod tests {
     use super::*;
 
-    /// On a ring of six points of unit side two seeds at opposite corners share the rest; the point between them goes to the first.
+    /// On a ring of six edges of a cube two seeds share the rest; the point between them goes to the first.
     #[test]
     fn points_go_to_the_nearest_seed_over_neighbours() {
         let at = |i: usize| {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_3 * i as f64).sin_cos();
-            [cos, sin, 0.0]
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]][i]
         };
         let out: Vec<Reached> = Outwards::new(&[0, 2], at, |i| [(i + 1) % 6, (i + 5) % 6]).collect();
-        let found: Vec<(usize, usize, i64)> =
-            out.iter().map(|r| (r.at, r.seed, (r.distance * 1e6).round() as i64)).collect();
-        assert_eq!(
-            found,
-            [(0, 0, 0), (2, 1, 0), (1, 0, 1_000_000), (5, 0, 1_000_000), (3, 1, 1_000_000), (4, 0, 2_000_000)]
-        );
+        let found: Vec<[usize; 3]> = out.iter().map(|r| [r.at, r.seed, r.distance as usize]).collect();
+        assert_eq!(found, [[0, 0, 0], [2, 1, 0], [1, 0, 1], [5, 0, 1], [3, 1, 1], [4, 0, 2]]);
     }
 }

@@ -52,8 +52,6 @@ pub(crate) struct Stage {
     pub(crate) settings: Settings,
     /// Hypotheses that were fitted from here, in full or with a few steps.
     pub(crate) fitted: Arc<AtomicUsize>,
-    /// ln of the odds of its effects against those of their kind at a place of the file.
-    pub(crate) ln_odds: f64,
 }
 
 impl Stage {
@@ -90,10 +88,11 @@ impl Stage {
         let all = in_configurations(&self.scene, &self.settings.places, &[], |tested| {
             candidates_on_wider_places(tested, &self.settings.effects, near)
         });
-        all.into_iter().filter(is_wanted).collect()
+        all.into_iter().filter(is_wanted).map(|c| Candidate { ln_odds: LN_WIDER, ..c }).collect()
     }
 
-    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`].
+    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share the odds of the one: who may
+    /// choose among more places explains more by chance.
     pub(crate) fn finer_candidates(&self, about: &Candidate, round: u32) -> Vec<Candidate> {
         let context = Context::default();
         let models = self.scene.cases.iter().map(|case| Structure::new(&case.model, &context));
@@ -102,14 +101,16 @@ impl Stage {
             return Vec::new();
         }
         let only = Effects::none().with(about.effect);
-        let mut all = in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
+        let mut all =
+            in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
         all.retain(|c| c.location.is_like(&about.location) && c.location.names.iter().any(|n| further.contains(n)));
-        all
+        let ln_odds = about.ln_odds - (all.len().max(1) as f64).ln();
+        all.into_iter().map(|c| Candidate { ln_odds, ..c }).collect()
     }
 
-    /// The same with these effects at wider places instead of its own.
+    /// The same with these effects, at places that others do not have, instead of its own.
     pub(crate) fn on_wider(&self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
-        Stage { ln_odds: LN_WIDER, ..self.clone() }.screening(placed)
+        self.clone().screening(placed)
     }
 
     /// The same effects as they are seen from another point of the base.
@@ -254,7 +255,6 @@ fn stage_of(
         residual,
         settings: settings.clone(),
         fitted: Arc::default(),
-        ln_odds: 0.0,
     })
 }
 
@@ -298,7 +298,8 @@ pub fn sensor_loads(model: &Model, sensors: &[Sensor]) -> Result<Vec<SensorLoad>
 
 /// Every effect at every place of the structure, in the configurations that were tested.
 pub(crate) fn placed(scene: &Scene, settings: &Settings) -> Vec<Candidate> {
-    let mut all = in_configurations(scene, &settings.places, &settings.places, |tested| candidates_in(tested, &settings.effects));
+    let mut all =
+        in_configurations(scene, &settings.places, &settings.places, |tested| candidates_in(tested, &settings.effects));
     if let Some(only) = scene.only() {
         all.retain(|c| only.contains(&c.id()));
     }

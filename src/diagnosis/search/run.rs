@@ -61,7 +61,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
         held_out,
         misfit,
         missed,
-        ln_odds: stage.ln_odds,
+        ln_odds: candidate.ln_odds,
         limit_of: Vec::new(),
     })
 }

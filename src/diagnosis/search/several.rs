@@ -22,12 +22,21 @@ pub(crate) struct Chain {
     pub(crate) members: Vec<(Stage, Refit)>,
     /// ln of odds times Bayes factors of all together.
     pub(crate) ln_all: f64,
+    /// The member that explains most alone.
+    first: usize,
 }
 
 impl Chain {
-    /// The ids in the order in which they were found.
+    /// The ids: that of the member that explains most alone, then the others in the order in which they were found.
     pub(crate) fn ids(&self) -> Vec<String> {
-        self.members.iter().map(|(stage, r)| r.id(&stage.scene)).collect()
+        let mut ids: Vec<String> = self.members.iter().map(|(stage, r)| r.id(&stage.scene)).collect();
+        ids[..=self.first].rotate_right(1);
+        ids
+    }
+
+    /// The member that explains most alone, as it was fitted in the chain.
+    pub(crate) fn first(&self) -> &Refit {
+        &self.members[self.first].1
     }
 
     /// The last one, with all in it.
@@ -39,9 +48,11 @@ impl Chain {
 /// A chain that begins with some hypotheses and leaves noise, if there is one.
 ///
 /// * `members` - each with the stage that it was fitted on, which has those before it
+/// * `alone` - hypotheses that were fitted alone
 /// * `ln_else` - ln of odds times Bayes factor of something outside the catalogue
 pub(crate) fn chain(
     mut members: Vec<(Stage, Refit)>,
+    alone: &[Refit],
     odds: &Odds<'_>,
     ln_else: f64,
     settings: &Settings,
@@ -51,7 +62,15 @@ pub(crate) fn chain(
         let (left, with_all) = remains(stage, last, settings)?;
         if left.needs_nothing_more() {
             let ln_all = members.iter().map(|(_, r)| weight(r)).sum();
-            return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all }));
+            let of_alone = |(k, (stage, r)): (usize, &(Stage, Refit))| {
+                let id = r.id(&stage.scene);
+                let known = alone.iter().find(|a| a.id(&stage.scene) == id);
+                known.map(|a| a.ln_bayes).or((k == 0).then_some(r.ln_bayes))
+            };
+            let brings: Vec<f64> =
+                members.iter().enumerate().map(|m| of_alone(m).unwrap_or(f64::NEG_INFINITY)).collect();
+            let first = (0..brings.len()).rev().max_by(|&a, &b| brings[a].total_cmp(&brings[b])).unwrap_or(0);
+            return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all, first }));
         }
         if members.len() == settings.effort.chain
             || stage.settings.until.is_over()

@@ -81,3 +81,22 @@ fn a_saw_cut_is_found_where_it_is() {
     let [before, after] = [&base.text, &added].map(|text| base.left(text, &test));
     assert!(after < 0.3 * before, "{before} {after}");
 }
+
+/// A mass on a node that no search tries at first is named there, or beside it where the data do not tell one from the other, with its size.
+#[test]
+fn a_mass_between_the_places_of_a_mesh_is_found() {
+    let wing = wing(1, None);
+    let base = wing.of(&wing.text);
+    let away = |n: &usize| !base.is_site(*n) && base.geometry().positions[*n][1] > 0.4;
+    let node = (0..base.n_named_nodes()).find(away).map(|n| base.geometry().names[n].clone()).unwrap();
+    let heavier = format!("{}masses: {{extra: {{node: {node}, mass: 0.05 kg}}}}\n", wing.text);
+    let options = TwinOptions { frequency_noise: 0.003, shape_noise: 0.02, ..noise(6, 8) };
+    let test = twin_modes(&wing.of(&heavier), &[70e9], &sensors(), &options, "twin of a story").unwrap();
+    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    let first = &d.hypotheses[0];
+    let id = format!("point-mass@{node}");
+    assert_eq!(d.verdict, Verdict::MissingEffect, "{}", d.sentence);
+    assert!(first.id == id || first.tied_with.contains(&id), "{id}: {}", d.sentence);
+    let found = d.hypotheses.iter().find(|h| h.id == id).unwrap();
+    assert!(found.interval.is_some_and(|[l, u]| l < 0.05 && 0.05 < u), "{found:?}");
+}

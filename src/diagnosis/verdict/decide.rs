@@ -106,7 +106,7 @@ fn conclude_once(
         let else_ln = odds.of_something_else() + other;
         name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
     };
-    let first = pair.as_ref().map(|pair| &pair.first).or(chain.as_ref().map(|chain| &chain.members[0].1));
+    let first = pair.as_ref().map(|pair| &pair.first).or(chain.as_ref().map(Chain::first));
     if let Some(first) = first {
         let id = first.id(&base.scene);
         chosen = refits.iter().position(|r| r.id(&base.scene) == id).unwrap_or_else(|| {
@@ -304,7 +304,7 @@ fn together_of(
     let ln_odds =
         if members.is_empty() { 2.0 * odds.of_something_else() } else { members.iter().map(|r| odds.of(r)).sum() };
     Some(Together {
-        ids: members.iter().map(|r| r.id(&base.scene)).collect(),
+        ids: chain.map_or_else(|| members.iter().map(|r| r.id(&base.scene)).collect(), Chain::ids),
         probability: p.several(),
         ln_odds,
         ln_bayes: p.ln_several() - ln_odds,
@@ -392,7 +392,7 @@ fn name(
         }
         if doubted.is_none() {
             p.with_several(ln_two);
-            let found = two.map(|two| longer(base, two, odds, otherwise.ln, settings)).transpose()?.flatten();
+            let found = two.map(|two| longer((base, refits), two, odds, otherwise.ln, settings)).transpose()?.flatten();
             if let Some(found) = found {
                 p.with_several(found.ln_all);
                 return Ok(Answer { verdict: Verdict::SeveralEffects, chain: Some(found), ..Answer::default() });
@@ -418,7 +418,7 @@ fn name(
 
 /// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.
 fn longer(
-    base: &Stage,
+    (base, alone): (&Stage, &[Refit]),
     two: Pair,
     odds: &Odds<'_>,
     ln_else: f64,
@@ -430,7 +430,7 @@ fn longer(
     if base.fit.misfit - second.misfit < WORTH_A_TRY * excess {
         return Ok(None);
     }
-    chain(vec![(base.clone(), first), (on_first, second)], odds, ln_else, settings)
+    chain(vec![(base.clone(), first), (on_first, second)], alone, odds, ln_else, settings)
 }
 
 /// Whether a hypothesis that leaves noise explains the test better than noise s2 times as large as stated does:

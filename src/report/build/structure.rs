@@ -6,9 +6,9 @@ use super::super::data::{
 use super::super::text::number;
 use crate::correlation::{CorrelationError, sensor_position};
 use crate::data::TestData;
-use crate::effect::{self, Context, Part, PartKind};
+use crate::effect::{self, Context};
 use crate::element::{Axes, Dof};
-use crate::model::{Model, ParametricModel, PlacedElement};
+use crate::model::{Model, ParametricModel, PlacedElement, Vector, dot, minus, plus};
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
@@ -39,13 +39,13 @@ pub(super) struct Places<'a> {
     model: &'a Model,
     test: &'a TestData,
     drawn: Vec<Option<usize>>,
-    /// Members end to end, looked for when the first is named.
-    lines: OnceCell<Vec<Part>>,
+    /// Places that have no entry in the file, looked for when the first is named.
+    structure: OnceCell<effect::Structure<'a>>,
 }
 
 impl<'a> Places<'a> {
     pub(super) fn new(model: &'a Model, test: &'a TestData) -> Self {
-        Self { model, test, drawn: drawn(model), lines: OnceCell::new() }
+        Self { model, test, drawn: drawn(model), structure: OnceCell::new() }
     }
 
     /// A place on the structure as effects write it: `n8+n13.ry`, `left_wing.1:n5`, `whole`.
@@ -62,10 +62,17 @@ impl<'a> Places<'a> {
         }
         // The direction stands behind the last name only.
         for part in inner.split('+') {
-            if !self.add(part, &mut place)
-                && let Some((name, _)) = part.rsplit_once('.')
-            {
-                self.add(name, &mut place);
+            let name = part.rsplit_once('.').map(|(name, _)| name);
+            let Some((elements, nodes)) = self.named(part).or_else(|| self.named(name?)) else { continue };
+            if place.on_mesh.is_empty() {
+                place.on_mesh = self.on_mesh(&elements, &nodes);
+            }
+            place.nodes.extend(nodes);
+            for e in elements {
+                match self.drawn[e] {
+                    Some(i) => place.elements.push(i),
+                    None => place.nodes.extend(self.model.elements()[e].joined().iter()),
+                }
             }
         }
         place
@@ -84,36 +91,49 @@ impl<'a> Places<'a> {
         place
     }
 
-    fn lines(&self) -> &[Part] {
-        self.lines.get_or_init(|| {
-            let context = Context::default();
-            let structure = effect::Structure::new(self.model, &context);
-            let lines = structure.parts().iter().filter(|p| p.kind == PartKind::Line);
-            lines.chain(structure.spans()).cloned().collect()
-        })
+    fn structure(&self) -> &effect::Structure<'a> {
+        self.structure.get_or_init(|| effect::Structure::new(self.model, Context::nothing()))
     }
 
-    fn add(&self, name: &str, place: &mut Place) -> bool {
-        if let Some(node) = self.model.geometry().node(name) {
-            place.nodes.push(node);
-            return true;
-        }
-        let set = match self.model.element_set(name) {
-            Some(set) => set,
-            None if name.contains("..") => match self.lines().iter().find(|line| line.name == name) {
-                Some(line) => line.elements.as_slice(),
-                None => return false,
-            },
-            // An end of an element: `element:node`.
-            None => return name.rsplit_once(':').is_some_and(|(_, node)| self.add(node, place)),
+    /// Where the first place of a mesh among some is: its middle, and how far it reaches.
+    fn on_mesh(&self, elements: &[usize], nodes: &[usize]) -> String {
+        let all = self.model.elements();
+        let of_mesh: Vec<usize> = elements.iter().copied().filter(|&e| all[e].is_of_mesh()).collect();
+        let own: Vec<usize> = match of_mesh.as_slice() {
+            [] => nodes.iter().copied().filter(|n| all.iter().any(|e| e.is_of_mesh() && e.nodes.contains(n))).collect(),
+            some => some.iter().flat_map(|&e| all[e].nodes.iter().copied()).collect(),
         };
-        for &e in set {
-            match self.drawn[e] {
-                Some(i) => place.elements.push(i),
-                None => place.nodes.extend(self.model.elements()[e].joined().iter()),
-            }
+        let at: Vec<Vector> = own.iter().map(|&n| self.model.geometry().positions[n]).collect();
+        if at.is_empty() {
+            return String::new();
         }
-        true
+        let share = 1.0 / at.len() as f64;
+        let middle = at.iter().fold([0.0; 3], |sum, p| plus(sum, share, *p));
+        let off = |p: &Vector| {
+            let d = minus(*p, middle);
+            dot(d, d).sqrt()
+        };
+        let far = at.iter().map(off).fold(0.0, f64::max);
+        let [x, y, z] = middle.map(|v| number(if v.abs() < 1e-6 * far { 0.0 } else { v }));
+        match of_mesh.len() {
+            0 => format!("({x}, {y}, {z}) m"),
+            1 => format!("1 element about ({x}, {y}, {z}) m"),
+            n => format!("{n} elements within {} m of ({x}, {y}, {z}) m", number(far)),
+        }
+    }
+
+    /// The elements and the nodes of a name; of an end of an element, `element:node`, its node.
+    fn named(&self, name: &str) -> Option<(Vec<usize>, Vec<usize>)> {
+        if let Some(node) = self.model.geometry().node(name) {
+            return Some((Vec::new(), vec![node]));
+        }
+        if let Some(set) = self.model.element_set(name) {
+            return Some((set.to_vec(), Vec::new()));
+        }
+        if name.contains("..") || name.contains('~') {
+            return Some((self.structure().elements_of(name), Vec::new())).filter(|(elements, _)| !elements.is_empty());
+        }
+        name.rsplit_once(':').and_then(|(_, node)| self.named(node))
     }
 }
 

@@ -96,6 +96,8 @@ pub enum Category {
 pub struct Place {
     /// In words: `outer wing`.
     pub text: String,
+    /// Where that is on a mesh, whose names say little: `64 elements within 0.06 m of (0.384, 0.15, 0.01) m`; empty elsewhere.
+    pub on_mesh: String,
     /// Nodes.
     pub nodes: Vec<usize>,
     /// Elements.

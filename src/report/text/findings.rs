@@ -191,9 +191,18 @@ fn hypotheses(d: &Diagnosis, style: &Style) -> String {
         if matches!(h.category, Category::None | Category::Other) { h.kind.clone() } else { format!("{}{tie}", h.id) }
     };
     let words = |h: &Hypothesis| h.estimates.iter().map(estimate).collect::<Vec<_>>().join("; ");
+    let where_on_mesh = |h: &Hypothesis| Some(h.place.on_mesh.clone()).filter(|at| !at.is_empty());
+    // Under the hypothesis, in the last column of the narrow table and the last but one of the wide.
+    let below = |line: String| {
+        let blank = std::iter::repeat_n("", columns.len() - 1).map(Cell::from);
+        blank.chain([Cell::new(format!("  {line}"), Tone::Dim)])
+    };
     let mut wide = Table::new(columns.into_iter().chain([("estimate", Align::Left)]));
     for (i, h) in shown() {
         wide.row(numbers(h).into_iter().chain([name(i, h).into(), words(h).into()]));
+        if let Some(at) = where_on_mesh(h) {
+            wide.row(below(at));
+        }
     }
     if wide.natural_width() <= style.width {
         return wide.render(style);
@@ -201,9 +210,8 @@ fn hypotheses(d: &Diagnosis, style: &Style) -> String {
     let mut narrow = Table::new(columns).wrapping_last();
     for (i, h) in shown() {
         narrow.row(numbers(h).into_iter().chain([name(i, h).into()]));
-        for e in &h.estimates {
-            let blank = || Cell::from("");
-            narrow.row([blank(), blank(), blank(), blank(), Cell::new(format!("  {}", estimate(e)), Tone::Dim)]);
+        for line in where_on_mesh(h).into_iter().chain(h.estimates.iter().map(estimate)) {
+            narrow.row(below(line));
         }
     }
     narrow.render(style)

@@ -1,27 +1,38 @@
 //! Effects at extended places: what is changed need not end where an element does.
 
-use super::step::{Step, is_poor_and_unexplained};
+use super::step::{Step, is_poor, is_poor_and_unexplained};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::board::Board;
 use crate::diagnosis::search::hypothesis::Refit;
+use crate::diagnosis::search::look::{by_size, in_turns};
 use crate::diagnosis::search::run::{Job, best_and_of_every_kind, run};
 use crate::diagnosis::search::short_fit::shortest;
 use crate::diagnosis::search::spread::Fitted;
 use crate::effect::{Context, Structure};
-use crate::linalg::DVector;
 
-pub(super) const STEP: Step = Step { name: "extended places", when: may_explain, take };
+pub(super) const STEP: Step = Step { name: "extended places", when: is_poor, take };
 
-/// Fits effects at extended places.
-#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
+/// Fits effects at extended places: those that leave least at one of their sizes, and where nothing leaves noise yet those that a few steps put
+/// first.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
-    let found = on_wider_places(board.stage, &board.bases, board.most, board.ln_base);
+    let stage = board.stage;
+    let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Ok(()) };
+    let by_size = by_size(&wider);
+    let best: Vec<&Score> = if may_explain(board)? {
+        let all = in_turns(&wider.effects, &by_size, stage.effort().near);
+        best_and_of_every_kind(&wider, shortest(&wider, &all, &board.bases), board.most)
+    } else {
+        by_size.into_iter().take(board.most).collect()
+    };
+    let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, &board.bases)).collect();
+    let found = run(&wider, &jobs, board.ln_base);
     board.add(found);
     Ok(())
 }
 
+/// Whether nothing leaves noise yet and something at a wider place may.
 fn may_explain(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     let has_places_inside = || {
         let context = Context::default();
@@ -37,15 +48,4 @@ fn may_be_wider(stage: &Stage, spreads: &[Fitted], done: &[Refit]) -> bool {
     let Some(least) = spreads.iter().map(|s| s.spread.misfit).min_by(f64::total_cmp) else { return true };
     let most = 0.5 * stage.weight * stage.weight * (stage.fit.misfit - least);
     done.iter().filter(|r| r.missed == 0).all(|r| r.ln_bayes < most)
-}
-
-/// Refits the best effects at wider places.
-///
-/// * `base` - ln evidence of the base
-fn on_wider_places(stage: &Stage, bases: &[DVector<f64>], limit: usize, base: f64) -> Vec<Refit> {
-    let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Vec::new() };
-    let all: Vec<&Score> = wider.effects.iter().take(stage.effort().near).collect();
-    let best = best_and_of_every_kind(&wider, shortest(&wider, &all, bases), limit);
-    let jobs: Vec<Job<'_>> = best.into_iter().map(|s| Job::Effect(s, bases)).collect();
-    run(&wider, &jobs, base)
 }

@@ -1,17 +1,12 @@
 //! The effects that a look at several sizes puts first.
 
-use super::step::Step;
+use super::step::{Step, is_poor};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::search::board::Board;
 use crate::diagnosis::search::hypothesis::Tried;
 use crate::diagnosis::search::run::{Job, run};
 
 pub(super) const STEP: Step = Step { name: "the best of a look at several sizes", when: is_poor, take };
-
-#[expect(clippy::unnecessary_wraps, reason = "as the other conditions")]
-fn is_poor(board: &Board<'_>) -> Result<bool, DiagnosisError> {
-    Ok(!board.few && board.is_poor())
-}
 
 /// Fits the effects that leave least at one of their sizes and have not been fitted yet, as many as the screening has put first.
 #[expect(clippy::unnecessary_wraps, reason = "as the other steps")]

@@ -1733,6 +1733,10 @@ export interface Place {
    */
   text: string;
   /**
+   * Where that is on a mesh, whose names say little: `64 elements within 0.06 m of (0.384, 0.15, 0.01) m`; empty elsewhere.
+   */
+  on_mesh: string;
+  /**
    * Nodes.
    */
   nodes: number[];

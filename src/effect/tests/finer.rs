@@ -1,0 +1,82 @@
+//! Places of a mesh between those that every search tries.
+
+use super::cuts::strip;
+use super::*;
+use crate::effect::{Edit, Location, LocationKind};
+use crate::model::load_in;
+use crate::model::written_mesh::Written;
+use crate::model::Model;
+
+/// A plate of 20 by 10 squares, clamped along one side: more nodes than are tried.
+fn plate() -> Model {
+    let mut mesh = Written::new();
+    mesh.sheet("skin", [0.0; 3], [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [20, 10]);
+    let clamped: Vec<String> = (1..=11).map(|n| format!("n{n}")).collect();
+    let text = format!(
+        "retune: 1\nname: plate\nmesh: {{file: a.msh, units: m, parts: {{skin: {{section: sheet}}}}}}\n\
+         sections: {{sheet: {{E: 70 GPa, nu: 0.3, density: 2700, thickness: 5 mm}}}}\nsupports: {{clamp: {{nodes: [{}]}}}}\n",
+        clamped.join(", ")
+    );
+    let mut files = |_: &str| Ok(mesh.text().into_bytes());
+    load_in(&text, None, &Registry::builtin(), &mut files).unwrap_or_else(|p| panic!("{p:#?}")).0
+}
+
+/// A node that no search tries is a place by name; so is a patch about an element: that and those that touch it, the nearest first.
+#[test]
+fn any_node_and_any_patch_is_a_place() {
+    let model = plate();
+    let structure = Structure::new(&model, Context::nothing());
+    let other = (0..model.n_named_nodes()).find(|&n| !model.is_site(n)).map(|n| model.geometry().names[n].clone());
+    let id = format!("point-mass@{}", other.unwrap());
+    assert!(!candidates(&model, &Effects::builtin(), Context::nothing()).iter().any(|c| c.id() == id));
+    let found = Effects::builtin().candidate(&structure, &id).unwrap();
+    assert_eq!(found.id(), id);
+    assert!(found.build(&model, &Registry::builtin()).is_ok());
+    // Elements are counted across, ten in a row: the five nearest to e95 are in a cross.
+    let patch = Effects::builtin().candidate(&structure, "thickness-change@e95~5").unwrap();
+    let of = patch.patch.edits.iter().find_map(|e| match e {
+        Edit::AddOverride { entry, .. } => Some(entry.of.clone()),
+        _ => None,
+    });
+    assert_eq!(of.unwrap(), ["e85", "e94", "e95", "e96", "e105"]);
+    for refused in ["point-mass@n9999", "thickness-change@e95~201", "thickness-change@e999~5", "thickness-change@e95~x"]
+    {
+        assert!(Effects::builtin().candidate(&structure, refused).is_err(), "{refused}");
+    }
+}
+
+/// What is looked at about a node is no further away than half as far again as the next that is tried, and nearer with every round; about a patch
+/// there are patches of several sizes.
+#[test]
+fn what_is_finer_comes_nearer() {
+    let model = plate();
+    let structure = Structure::new(&model, Context::nothing());
+    let node =
+        (0..model.n_named_nodes()).find(|&n| model.is_site(n) && model.geometry().positions[n][0] > 1.0).unwrap();
+    let at = |n: usize| model.geometry().positions[n];
+    let name = |n: usize| vec![model.geometry().names[n].clone()];
+    let reach = |round: u32| -> f64 {
+        let far = structure.finer(&Location::new(LocationKind::Node, name(node)), round).into_iter();
+        let far = far.map(|n| at(model.geometry().node(&n).unwrap()));
+        far.map(|p| (p[0] - at(node)[0]).hypot(p[1] - at(node)[1])).fold(0.0, f64::max)
+    };
+    assert!(reach(0) > 0.0 && reach(0) < 0.5, "{}", reach(0));
+    assert!(reach(1) < 0.5 * reach(0), "{} {}", reach(0), reach(1));
+    let patch = model.patches()[3].clone();
+    let finer = structure.finer(&Location::new(LocationKind::Group, vec![patch]), 0);
+    let sizes: std::collections::BTreeSet<&str> =
+        finer.iter().filter_map(|n| n.split_once('~')).map(|(_, n)| n).collect();
+    assert!(sizes.len() >= 4 && finer.len() >= 20, "{finer:?}");
+}
+
+/// A patch on one side of a symmetric structure comes with that on the other.
+#[test]
+fn patches_have_mirror_images() {
+    let model = strip(false);
+    let context = Context { further: vec!["e4~2".to_string()], ..Context::default() };
+    let structure = Structure::new(&model, &context);
+    let part = structure.part("e4~2").unwrap();
+    let image = &structure.parts()[part.partner.unwrap()];
+    assert_eq!((image.name.as_str(), image.elements.len()), ("e6~2", 2));
+    assert!(Effects::builtin().candidate(&structure, "stiffness-change@e4~2+e6~2").is_ok());
+}
