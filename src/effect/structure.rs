@@ -45,12 +45,8 @@ pub struct Context {
 impl Context {
     /// With nothing known.
     pub fn nothing() -> &'static Self {
-        static NOTHING: Context = Context {
-            sensors: Vec::new(),
-            frequencies_hz: Vec::new(),
-            own_masses: Vec::new(),
-            further: Vec::new(),
-        };
+        static NOTHING: Context =
+            Context { sensors: Vec::new(), frequencies_hz: Vec::new(), own_masses: Vec::new(), further: Vec::new() };
         &NOTHING
     }
 

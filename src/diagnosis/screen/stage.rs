@@ -91,7 +91,7 @@ impl Stage {
         all.into_iter().filter(is_wanted).map(|c| Candidate { ln_odds: LN_WIDER, ..c }).collect()
     }
 
-    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share the odds of the one: who may
+    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share its evidence: who may
     /// choose among more places explains more by chance.
     pub(crate) fn finer_candidates(&self, about: &Candidate, round: u32) -> Vec<Candidate> {
         let context = Context::default();
@@ -100,12 +100,22 @@ impl Stage {
         if further.is_empty() {
             return Vec::new();
         }
-        let only = Effects::none().with(about.effect);
+        // With what it becomes at a limit of its sizes: a body on a stiff spring is a point mass.
+        let limits = about.effect.becomes().iter().filter_map(|name| self.settings.effects.find(name));
+        let only = limits.fold(Effects::none().with(about.effect), Effects::with);
         let mut all =
             in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
-        all.retain(|c| c.location.is_like(&about.location) && c.location.names.iter().any(|n| further.contains(n)));
-        let ln_odds = about.ln_odds - (all.len().max(1) as f64).ln();
-        all.into_iter().map(|c| Candidate { ln_odds, ..c }).collect()
+        let is_like = |c: &Candidate| {
+            let is_same = c.effect.name() == about.effect.name();
+            if is_same {
+                c.location.is_like(&about.location)
+            } else {
+                c.location.names.len() == about.location.names.len()
+            }
+        };
+        all.retain(|c| is_like(c) && c.location.names.iter().any(|n| further.contains(n)));
+        let of_place = about.of_place - (all.len().max(1) as f64).ln();
+        all.into_iter().map(|c| Candidate { of_place, ..c }).collect()
     }
 
     /// The same with these effects, at places that others do not have, instead of its own.

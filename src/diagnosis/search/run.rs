@@ -47,7 +47,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
     let scene = with_effect(&stage.scene, candidate)?;
     let rounds = in_full(bases.len(), effort(candidate), stage.effort());
     let fit = fit_by(&scene, &starts(stage, score, bases), rounds, stage.weight)?;
-    let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters);
+    let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters) + candidate.of_place;
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;
     let misfit = fit.misfit;

@@ -38,9 +38,14 @@ impl Structure<'_> {
         let part = |name: String| {
             let elements = self.patch_about(&name)?;
             let of = elements.iter().map(|&e| self.model.elements()[e].name.clone()).collect();
-            known
-                .insert(elements.clone())
-                .then_some(Part { name, kind: PartKind::Group, of, elements, partner: None, is_member: false })
+            known.insert(elements.clone()).then_some(Part {
+                name,
+                kind: PartKind::Group,
+                of,
+                elements,
+                partner: None,
+                is_member: false,
+            })
         };
         names.into_iter().filter_map(part).collect()
     }
@@ -82,7 +87,8 @@ impl Structure<'_> {
         .unwrap_or_default();
         // On a symmetric mesh those on the other side are tried with these.
         if at.names.len() > 1 && at.kind == LocationKind::Node {
-            let image = |n: &String| self.node_partner[self.model.geometry().node(n)?].map(|i| self.node_name(i).to_string());
+            let image =
+                |n: &String| self.node_partner[self.model.geometry().node(n)?].map(|i| self.node_name(i).to_string());
             found.extend(found.iter().filter_map(image).collect::<Vec<_>>());
         }
         found

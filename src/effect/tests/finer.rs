@@ -3,9 +3,9 @@
 use super::cuts::strip;
 use super::*;
 use crate::effect::{Edit, Location, LocationKind};
+use crate::model::Model;
 use crate::model::load_in;
 use crate::model::written_mesh::Written;
-use crate::model::Model;
 
 /// A plate of 20 by 10 squares, clamped along one side: more nodes than are tried.
 fn plate() -> Model {
@@ -26,7 +26,9 @@ fn plate() -> Model {
 fn any_node_and_any_patch_is_a_place() {
     let model = plate();
     let structure = Structure::new(&model, Context::nothing());
-    let other = (0..model.n_named_nodes()).find(|&n| !model.is_site(n)).map(|n| model.geometry().names[n].clone());
+    let other = (0..model.n_named_nodes())
+        .find(|&n| !model.is_site(n) && model.geometry().positions[n][0] > 0.5)
+        .map(|n| model.geometry().names[n].clone());
     let id = format!("point-mass@{}", other.unwrap());
     assert!(!candidates(&model, &Effects::builtin(), Context::nothing()).iter().any(|c| c.id() == id));
     let found = Effects::builtin().candidate(&structure, &id).unwrap();

@@ -41,8 +41,8 @@ fn of_each_kind(board: &Board<'_>) -> Vec<Candidate> {
     let mut best: Vec<Candidate> = Vec::new();
     for r in ranked {
         let Tried::Effect(c) = &r.tried else { continue };
-        let is_known = |k: &Candidate| k.effect.name() == c.effect.name() && k.location.is_like(&c.location);
-        if best.len() < board.stage.effort().polished && !best.iter().any(is_known) {
+        let is_known = best.iter().any(|k| k.effect.name() == c.effect.name());
+        if best.len() < board.stage.effort().polished && !is_known {
             best.push(c.clone());
         }
     }
