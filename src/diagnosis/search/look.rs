@@ -12,12 +12,16 @@ use crate::diagnosis::problem::scene::Prior;
 use crate::diagnosis::screen::effects::{Score, Screened, steps};
 use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;
+use crate::model::{MOST_DENSE_DOFS, ParametricModel};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Effects by what they leave at the best of their sizes.
+/// Effects by what they leave at the best of their sizes. On a mesh of more dofs than matrices are dense for, where every change takes solutions of its
+/// own, the best by their slopes alone are looked at.
 pub(super) fn by_size(stage: &Stage) -> Vec<&Score> {
-    let all = &stage.effects;
+    let is_huge = stage.scene.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS);
+    let most = if is_huge { stage.effort().near } else { usize::MAX };
+    let all = &stage.effects[..stage.effects.len().min(most)];
     let work = stage.settings.listener.work("looking at effects of several sizes", all.len());
     let look = |s: &Score| {
         let left = if stage.settings.until.is_over() { None } else { least_left(stage, s).ok().flatten() };
