@@ -19,9 +19,7 @@ pub struct Candidate {
     pub patch: Patch,
     /// The parameters that it brings, in the order in which they follow those of the model.
     pub parameters: Vec<NewParameter>,
-    /// ln of the odds of its place against one of those that every search tries.
-    pub(crate) ln_odds: f64,
-    /// ln of the prior of its place where that was fitted: minus that of the number of places among which it was chosen.
+    /// ln of the prior of its place against one of those that every search tries: of one that is sought beside them it is part of the evidence.
     pub(crate) of_place: f64,
 }
 
@@ -37,7 +35,7 @@ impl Candidate {
             };
         }
         let parameters = patch.parameters().cloned().collect();
-        Ok(Self { effect, location: at.clone(), patch, parameters, ln_odds: 0.0, of_place: 0.0 })
+        Ok(Self { effect, location: at.clone(), patch, parameters, of_place: 0.0 })
     }
 
     /// `mass-offset@left_wing.y`, as `add` takes it.

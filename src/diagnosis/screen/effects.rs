@@ -297,7 +297,8 @@ impl Directions {
     }
 }
 
-fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
+/// Whether sizes are those of the small step, which tells a slope.
+pub(crate) fn is_small(candidate: &Candidate, values: &[f64]) -> bool {
     candidate.parameters.iter().all(|p| p.grid.is_empty())
         && candidate
             .parameters

@@ -88,7 +88,7 @@ impl Stage {
         let all = in_configurations(&self.scene, &self.settings.places, &[], |tested| {
             candidates_on_wider_places(tested, &self.settings.effects, near)
         });
-        all.into_iter().filter(is_wanted).map(|c| Candidate { ln_odds: LN_WIDER, ..c }).collect()
+        all.into_iter().filter(is_wanted).map(|c| Candidate { of_place: LN_WIDER, ..c }).collect()
     }
 
     /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share its evidence: who may

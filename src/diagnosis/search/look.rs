@@ -9,30 +9,53 @@ use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::fit::project;
 use crate::diagnosis::problem::rows::Posed;
 use crate::diagnosis::problem::scene::Prior;
-use crate::diagnosis::screen::effects::{Score, Screened, steps};
+use crate::diagnosis::screen::effects::{Score, Screened, is_small, steps};
 use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;
 use crate::model::{MOST_DENSE_DOFS, ParametricModel};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Effects by what they leave at the best of their sizes. On a mesh of more dofs than matrices are dense for, where every change takes solutions of its
-/// own, the best by their slopes alone are looked at.
+/// Effects by what they leave at the best of their sizes. What stands in for a large model is evaluated at each size; of a small one the screening has
+/// done so at the typical sizes. On a mesh of more dofs than matrices are dense for, where every change takes solutions of its own, the best by their
+/// slopes alone are looked at.
 pub(super) fn by_size(stage: &Stage) -> Vec<&Score> {
     let is_huge = stage.scene.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS);
     let most = if is_huge { stage.effort().near } else { usize::MAX };
     let all = &stage.effects[..stage.effects.len().min(most)];
+    let left: Vec<Option<f64>> = if stage.scene.is_large() { evaluated(stage, all) } else { screened(stage, all) };
+    let mut ranked: Vec<(f64, &Score)> = left.into_iter().zip(all).filter_map(|(left, s)| Some((left?, s))).collect();
+    // Stable: of equal ones that with the higher score stays first.
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().map(|(_, s)| s).collect()
+}
+
+/// What effects leave at the sizes from which they would be fitted.
+fn evaluated(stage: &Stage, all: &[Score]) -> Vec<Option<f64>> {
     let work = stage.settings.listener.work("looking at effects of several sizes", all.len());
     let look = |s: &Score| {
         let left = if stage.settings.until.is_over() { None } else { least_left(stage, s).ok().flatten() };
         work.step();
         left
     };
-    let left: Vec<Option<f64>> = all.par_iter().map(look).collect();
-    let mut ranked: Vec<(f64, &Score)> = left.into_iter().zip(all).filter_map(|(left, s)| Some((left?, s))).collect();
-    // Stable: of equal ones that with the higher score stays first.
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.into_iter().map(|(_, s)| s).collect()
+    all.par_iter().map(look).collect()
+}
+
+/// What effects leave at the sizes at which they were screened, the small ones, which tell slopes, left out: |r' + Δr'|².
+fn screened(stage: &Stage, all: &[Score]) -> Vec<Option<f64>> {
+    let seen = &stage.directions;
+    let along = seen.unit.tr_mul(&stage.residual);
+    let whole = stage.residual.norm_squared();
+    let mut least: BTreeMap<usize, f64> = BTreeMap::new();
+    for (c, &(index, column)) in seen.owner.iter().enumerate() {
+        let Screened { candidate, columns } = &stage.screened[index];
+        if !is_small(candidate, &columns[column].values) {
+            let left = whole + seen.length[c] * (2.0 * along[c] + seen.length[c]);
+            let known = least.entry(index).or_insert(left);
+            *known = known.min(left);
+        }
+    }
+    all.iter().map(|s| least.get(&s.index).copied()).collect()
 }
 
 /// Effects that deserve a short fit: in turns the next by its slope and the next by what it leaves.

@@ -61,7 +61,7 @@ fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64)
         held_out,
         misfit,
         missed,
-        ln_odds: candidate.ln_odds,
+        ln_odds: 0.0,
         limit_of: Vec::new(),
     })
 }

@@ -12,7 +12,13 @@ use crate::diagnosis::search::short_fit::shortest;
 use crate::diagnosis::search::spread::Fitted;
 use crate::effect::{Context, Structure};
 
-pub(super) const STEP: Step = Step { name: "extended places", when: is_poor, take };
+pub(super) const STEP: Step = Step { name: "extended places", when: is_worth_a_look, take };
+
+/// On what stands in for a large model slopes of all places cost little, so that these are looked at whatever has been found; on a model itself each
+/// takes evaluations.
+fn is_worth_a_look(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(is_poor(board)? && (board.stage.scene.is_large() || may_explain(board)?))
+}
 
 /// Fits effects at extended places: those that leave least at one of their sizes, and where nothing leaves noise yet those that a few steps put
 /// first.
