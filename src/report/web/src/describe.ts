@@ -90,7 +90,7 @@ export function rowsOf(s: Structure, { kind, index }: Hit): Property[] {
 
 /** The place of what was hit, for marking it. */
 export function placeOf(s: Structure, { kind, index }: Hit): Place {
-  const place: Place = { text: "", nodes: [], elements: [], sensors: [] };
+  const place: Place = { text: "", on_mesh: "", nodes: [], elements: [], sensors: [] };
   if (kind === "node") place.nodes = [index];
   if (kind === "element") place.elements = [index];
   if (kind === "sensor") place.sensors = [index];

@@ -161,7 +161,7 @@ function comac(c: Comparison, s: Structure): HTMLElement | null {
     viewer.paint({ sensors: painter(values, { low: 0, high: 1, map: "viridis", at: (v) => v }) });
     const order = Array.from(values, (value, i) => ({ value, i })).filter((x) => Number.isFinite(x.value)).sort((a, b) => a.value - b.value).slice(0, 6);
     list.replaceChildren(...order.map(({ value, i }) => h("li", {}, h("button", { type: "button", class: "link",
-      onclick: () => viewer.highlight({ text: "", nodes: [], elements: [], sensors: [i] }) }, s.sensors[i]?.name ?? String(i)), ` ${fixed(value, 3)}`)));
+      onclick: () => viewer.highlight({ text: "", on_mesh: "", nodes: [], elements: [], sensors: [i] }) }, s.sensors[i]?.name ?? String(i)), ` ${fixed(value, 3)}`)));
   };
   apply();
   document.addEventListener("retheme", apply);
