@@ -67,8 +67,7 @@ fn with_modes_of_the_structure(
     if let Some(with_all) = with_all {
         match by_one_cause(with_all, starts, weight, settings)? {
             Asked::Explained(found) => return named(*found),
-            // The best of what does not suffice alone may still give every mode its partner: then several things are wrong, and none of the modes
-            // is foreign.
+            // The best of what does not suffice alone may still give such modes their partners: then several things are wrong, and these modes stay.
             Asked::Best(found) => {
                 if let Some(best) = found.first()
                     && let Some(freed) = with_partners_by(&scene, best, &foreign, settings)?
@@ -78,7 +77,6 @@ fn with_modes_of_the_structure(
                     return named(investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?);
                 }
             }
-            Asked::Nothing => {}
         }
     }
     let found = investigate_these(decided, (starts, x.as_ref()), &[], weight, settings)?;
@@ -135,9 +133,8 @@ fn is_foreign(standing: &Standing) -> bool {
 enum Asked {
     /// The diagnosis, where one cause explains them to the stated noise.
     Explained(Box<Investigation>),
-    /// The effects that explain most, and not all, the best first.
+    /// The effects that explain most, and not all, the best first; none where nothing does.
     Best(Vec<Refit>),
-    Nothing,
 }
 
 /// The diagnosis with all modes, where one cause explains them to the stated noise: several changes and larger noise explain anything.
@@ -157,9 +154,8 @@ fn by_one_cause(
     let mut best: Vec<Refit> = strong.filter(|r| matches!(r.tried, Tried::Effect(_))).cloned().collect();
     best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     best.truncate(settings.effort.best);
-    let best = if best.is_empty() { Asked::Nothing } else { Asked::Best(best) };
     if !refits.hypotheses.iter().any(|r| r.missed == 0 && explains(r.misfit)) {
-        return Ok(best);
+        return Ok(Asked::Best(best));
     }
     let diagnosis = conclude(&base, &mut refits, settings)?;
     let is_one = matches!(diagnosis.verdict, Verdict::MissingEffect | Verdict::MeasurementFault);
@@ -167,7 +163,7 @@ fn by_one_cause(
     Ok(if is_explained {
         Asked::Explained(Box::new(Investigation { diagnosis, base, refits: refits.hypotheses }))
     } else {
-        best
+        Asked::Best(best)
     })
 }
 

@@ -21,6 +21,8 @@ use crate::effect::{
 use crate::fault::PlacedFault;
 use crate::linalg::{DMatrix, DVector};
 use crate::model::Model;
+use std::borrow::Borrow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -93,10 +95,16 @@ impl Stage {
 
     /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share its evidence: who may
     /// choose among more places explains more by chance.
-    pub(crate) fn finer_candidates(&self, about: &Candidate, round: u32) -> Vec<Candidate> {
-        let context = Context::default();
-        let models = self.scene.cases.iter().map(|case| Structure::new(&case.model, &context));
-        let further = models.map(|s| s.finer(&about.location, round)).find(|f| !f.is_empty()).unwrap_or_default();
+    ///
+    /// * `structures` - those of [`Self::structures`]
+    pub(crate) fn finer_candidates(
+        &self,
+        structures: &[Structure<'_>],
+        about: &Candidate,
+        round: u32,
+    ) -> Vec<Candidate> {
+        let found = structures.iter().map(|s| s.finer(&about.location, round));
+        let further = found.into_iter().find(|f| !f.is_empty()).unwrap_or_default();
         if further.is_empty() {
             return Vec::new();
         }
@@ -116,6 +124,11 @@ impl Stage {
         all.retain(|c| is_like(c) && c.location.names.iter().any(|n| further.contains(n)));
         let of_place = about.of_place - (all.len().max(1) as f64).ln();
         all.into_iter().map(|c| Candidate { of_place, ..c }).collect()
+    }
+
+    /// The structures of its tests, as effects see them.
+    pub(crate) fn structures(&self) -> Vec<Structure<'_>> {
+        self.scene.cases.iter().map(|case| Structure::new(&case.model, Context::nothing())).collect()
     }
 
     /// The same with these effects, at places that others do not have, instead of its own.
@@ -286,14 +299,24 @@ fn ranked(scene: &Scene, screened: &[Screened], directions: &Directions, residua
         }
     }
     shown.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (mut shown, mut others) = (shown.into_iter().map(|(_, s)| s), others.into_iter());
-    let mut in_turn = Vec::new();
+    in_turns(shown.into_iter().map(|(_, s)| s), others)
+}
+
+/// The next of one ranking and the next of another, in turns, each effect once.
+pub(crate) fn in_turns<S: Borrow<Score>>(
+    first: impl IntoIterator<Item = S>,
+    second: impl IntoIterator<Item = S>,
+) -> Vec<S> {
+    let (mut first, mut second) = (first.into_iter(), second.into_iter());
+    let mut known = BTreeSet::new();
+    let mut out = Vec::new();
     loop {
-        let both = [shown.next(), others.next()];
+        let mut is_new = |s: &S| known.insert(s.borrow().index);
+        let both = [first.find(&mut is_new), second.find(&mut is_new)];
         if both.iter().all(Option::is_none) {
-            return in_turn;
+            return out;
         }
-        in_turn.extend(both.into_iter().flatten());
+        out.extend(both.into_iter().flatten());
     }
 }
 

@@ -14,7 +14,7 @@ use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;
 use crate::model::{MOST_DENSE_DOFS, ParametricModel};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Effects by what they leave at the best of their sizes. What stands in for a large model is evaluated at each size; of a small one the screening has
 /// done so at the typical sizes. On a mesh of more dofs than matrices are dense for, where every change takes solutions of its own, the best by their
@@ -56,22 +56,6 @@ fn screened(stage: &Stage, all: &[Score]) -> Vec<Option<f64>> {
         }
     }
     all.iter().map(|s| least.get(&s.index).copied()).collect()
-}
-
-/// Effects that deserve a short fit: in turns the next by its slope and the next by what it leaves.
-pub(super) fn in_turns<'a>(by_slope: &'a [Score], by_size: &[&'a Score], most: usize) -> Vec<&'a Score> {
-    let (mut by_slope, mut by_size) = (by_slope.iter(), by_size.iter().copied());
-    let mut known = BTreeSet::new();
-    let mut out = Vec::with_capacity(most);
-    while out.len() < most {
-        let both = [by_slope.find(|s| known.insert(s.index)), by_size.find(|s| known.insert(s.index))];
-        if both.iter().all(Option::is_none) {
-            break;
-        }
-        out.extend(both.into_iter().flatten());
-    }
-    out.truncate(most);
-    out
 }
 
 /// The least that an effect leaves of the projected residual at any of the sizes from which it is fitted.

@@ -1,6 +1,7 @@
 //! Proposes hypotheses and fits them in full.
 //!
-//! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `short_fit` tells which of many deserve it. `singles`
+//! `hypothesis` is one after its fit, `starts` and `run` fit many, `fault_number` those of the measurement, `look` and `short_fit` tell which of many
+//! deserve it. `singles`
 //! searches for one cause, a file for each step, on a `board`; `spread`, `nested` and `basin` are what steps stand on. `pairs`, `joint` and `several` search for more than one, by `prior` odds
 //! and by what `remainder` says of the rest. `one_cause` looks whether a search is worth its time where modes look foreign.
 

@@ -1,5 +1,7 @@
 //! Short fits: which of many effects deserve a full one.
 
+use super::hypothesis::Refit;
+use super::run::{Job, run};
 use super::starts::{effort, starts};
 use crate::diagnosis::problem::changed::with_effect;
 use crate::diagnosis::problem::race::{Entry, Keep, Pick, Round, race};
@@ -7,6 +9,16 @@ use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::linalg::DVector;
 use rayon::prelude::*;
+
+/// Full fits of the best effects of a stage, chosen by a few steps where there are many.
+///
+/// * `base` - ln evidence of the base
+pub(crate) fn the_best_of(stage: &Stage, bases: &[DVector<f64>], base: f64) -> Vec<Refit> {
+    let near: Vec<&Score> = stage.effects.iter().take(stage.effort().near).collect();
+    let near = if near.len() > stage.effort().around { shortest(stage, &near, bases) } else { near };
+    let jobs: Vec<Job<'_>> = near.into_iter().take(stage.effort().around).map(|s| Job::Effect(s, bases)).collect();
+    run(stage, &jobs, base)
+}
 
 /// Effects by what a few steps leave: two for each, the rest for the better half; those that cannot be fitted left out.
 pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVector<f64>]) -> Vec<&'a Score> {

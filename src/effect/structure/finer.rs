@@ -3,6 +3,7 @@
 //! A mesh of thousands of nodes has some hundred at which effects are looked for, and some dozens of patches; what is wrong with it stands where it
 //! stands. About the best of these places the others are looked at, nearer with every round.
 
+use super::listing::sorted;
 use super::{Part, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::model::{Outwards, Vector, dot, minus, plus, spread};
@@ -28,26 +29,19 @@ impl Structure<'_> {
 
     /// Further patches of the mesh that the context names, those at their mirror images behind them.
     pub(super) fn further_patches(&self) -> Vec<Part> {
-        let mut names: Vec<String> = Vec::new();
+        let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
+        let mut parts = Vec::new();
         for name in &self.context.further {
             let Some(elements) = self.patch_about(name) else { continue };
             let image = self.image_of_patch(name, &elements);
-            names.extend(std::iter::once(name.clone()).chain(image).filter(|n| !names.contains(n)).collect::<Vec<_>>());
+            for (name, elements) in std::iter::once((name.clone(), elements)).chain(image) {
+                if known.insert(elements.clone()) {
+                    let of = elements.iter().map(|&e| self.model.elements()[e].name.clone()).collect();
+                    parts.push(Part { name, kind: PartKind::Group, of, elements, partner: None, is_member: false });
+                }
+            }
         }
-        let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| super::listing::sorted(&p.elements)).collect();
-        let part = |name: String| {
-            let elements = self.patch_about(&name)?;
-            let of = elements.iter().map(|&e| self.model.elements()[e].name.clone()).collect();
-            known.insert(elements.clone()).then_some(Part {
-                name,
-                kind: PartKind::Group,
-                of,
-                elements,
-                partner: None,
-                is_member: false,
-            })
-        };
-        names.into_iter().filter_map(part).collect()
+        parts
     }
 
     /// The elements of `e81~12`, the twelve of a part of the mesh that are nearest to one of it along elements that touch, in file order; `None`
@@ -63,14 +57,14 @@ impl Structure<'_> {
         (elements.len() == number).then_some(elements)
     }
 
-    /// The name of the mirror image of a patch about an element, where that is another.
-    fn image_of_patch(&self, name: &str, elements: &[usize]) -> Option<String> {
+    /// The name and the elements of the mirror image of a patch about an element, where that is another.
+    fn image_of_patch(&self, name: &str, elements: &[usize]) -> Option<(String, Vec<usize>)> {
         let (element, number) = name.rsplit_once(ABOUT)?;
         let &[element] = self.model.element_set(element)? else { return None };
         let image: Option<Vec<usize>> = elements.iter().map(|&e| self.element_partner[e]).collect();
         let its_name = format!("{}{ABOUT}{number}", self.model.elements()[self.element_partner[element]?].name);
-        let is_other = its_name != name && self.patch_about(&its_name) == image.map(|i| super::listing::sorted(&i));
-        is_other.then_some(its_name)
+        let its_elements = self.patch_about(&its_name)?;
+        (its_name != name && its_elements == sorted(&image?)).then_some((its_name, its_elements))
     }
 
     /// Names of places about one of a mesh that no search has tried yet: nodes about a node, patches of several sizes about a patch. None about
@@ -149,7 +143,7 @@ impl Structure<'_> {
 
     /// Elements of a part of the mesh from one of it outwards along elements that touch, with their distance.
     fn outwards_from(&self, element: usize, part: usize) -> impl Iterator<Item = (usize, f64)> {
-        let (at, elements) = (self.at_nodes.get_or_find(|| self.elements_at_nodes()), self.model.elements());
+        let (at, elements) = (self.elements_at_nodes(), self.model.elements());
         let neighbours = move |e: usize| {
             let own = elements[e].nodes.iter().flat_map(|&n| at[n].iter().copied());
             own.filter(|&other| self.mesh_part_of(other) == Some(part)).collect::<Vec<_>>()

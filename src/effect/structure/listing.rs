@@ -149,12 +149,14 @@ impl Structure<'_> {
     }
 
     /// Per node, the elements that are joined to it.
-    pub(super) fn elements_at_nodes(&self) -> Vec<Vec<usize>> {
-        let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
-        for (i, e) in self.model.elements().iter().enumerate() {
-            e.joined().iter().for_each(|&n| at[n].push(i));
-        }
-        at
+    pub(super) fn elements_at_nodes(&self) -> &[Vec<usize>] {
+        self.at_nodes.get_or_find(|| {
+            let mut at: Vec<Vec<usize>> = vec![Vec::new(); self.model.geometry().names.len()];
+            for (i, e) in self.model.elements().iter().enumerate() {
+                e.joined().iter().for_each(|&n| at[n].push(i));
+            }
+            at
+        })
     }
 }
 

@@ -2,12 +2,10 @@
 
 use super::step::{Step, is_worth_more};
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::screen::effects::Score;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::search::board::Board;
 use crate::diagnosis::search::hypothesis::{Refit, Tried};
-use crate::diagnosis::search::run::{Job, run};
-use crate::diagnosis::search::short_fit::shortest;
+use crate::diagnosis::search::short_fit::the_best_of;
 use crate::diagnosis::thresholds::STRONG;
 use crate::effect::{Candidate, LocationKind};
 
@@ -40,10 +38,7 @@ fn beyond_the_best(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
     };
     let Ok(wider) = stage.on_wider(stage.wider_candidates(Some(&there.names), is_like)) else { return Vec::new() };
     let bases = [best.fit.x.rows(0, stage.fit.x.len()).into_owned()];
-    let like: Vec<&Score> = wider.effects.iter().take(stage.effort().near).collect();
-    let like = if like.len() > stage.effort().around { shortest(&wider, &like, &bases) } else { like };
-    let jobs: Vec<Job<'_>> = like.into_iter().take(stage.effort().around).map(|s| Job::Effect(s, &bases)).collect();
-    let mut tried = run(&wider, &jobs, base);
+    let mut tried = the_best_of(&wider, &bases, base);
     tried.retain(|r| r.ln_bayes > best.ln_bayes);
     tried
 }

@@ -3,8 +3,8 @@
 use super::chosen::{chosen_faults, further_faults};
 use super::step::{Step, is_poor_and_unexplained};
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::screen::stage::in_turns;
 use crate::diagnosis::search::board::Board;
-use crate::diagnosis::search::look::in_turns;
 use crate::diagnosis::search::run::{Job, best_and_of_every_kind, run};
 use crate::diagnosis::search::short_fit::shortest;
 use crate::diagnosis::search::spread;
@@ -16,7 +16,8 @@ pub(super) const STEP: Step = Step { name: "every other effect and fault", when:
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     board.bases.extend(spread::best(&board.found.spreads).map(|s| s.base.clone()));
-    let all = in_turns(&stage.effects, board.by_size(), stage.effort().short_fits);
+    let mut all = in_turns(&stage.effects, board.by_size().iter().copied());
+    all.truncate(stage.effort().short_fits);
     let near = best_and_of_every_kind(stage, shortest(stage, &all, &board.bases), board.most);
     let further = further_faults(stage, &chosen_faults(stage));
     let effects = near.into_iter().map(|s| Job::Effect(s, &board.bases));

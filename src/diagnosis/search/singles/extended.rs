@@ -3,10 +3,10 @@
 use super::step::{Step, is_poor, is_poor_and_unexplained};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::screen::effects::Score;
-use crate::diagnosis::screen::stage::Stage;
+use crate::diagnosis::screen::stage::{Stage, in_turns};
 use crate::diagnosis::search::board::Board;
 use crate::diagnosis::search::hypothesis::Refit;
-use crate::diagnosis::search::look::{by_size, in_turns};
+use crate::diagnosis::search::look::by_size;
 use crate::diagnosis::search::run::{Job, best_and_of_every_kind, run};
 use crate::diagnosis::search::short_fit::shortest;
 use crate::diagnosis::search::spread::Fitted;
@@ -26,8 +26,10 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Ok(()) };
     let by_size = by_size(&wider);
-    let best: Vec<&Score> = if may_explain(board)? {
-        let all = in_turns(&wider.effects, &by_size, stage.effort().near);
+    // On a model itself it would not have come here else.
+    let best: Vec<&Score> = if !stage.scene.is_large() || may_explain(board)? {
+        let mut all = in_turns(&wider.effects, by_size);
+        all.truncate(stage.effort().near);
         best_and_of_every_kind(&wider, shortest(&wider, &all, &board.bases), board.most)
     } else {
         by_size.into_iter().take(board.most).collect()
@@ -40,10 +42,7 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
 
 /// Whether nothing leaves noise yet and something at a wider place may.
 fn may_explain(board: &Board<'_>) -> Result<bool, DiagnosisError> {
-    let has_places_inside = || {
-        let context = Context::default();
-        Structure::new(board.stage.scene.model(), &context).has_places_inside()
-    };
+    let has_places_inside = || Structure::new(board.stage.scene.model(), Context::nothing()).has_places_inside();
     let may = || may_be_wider(board.stage, &board.found.spreads, &board.found.hypotheses) || has_places_inside();
     Ok(is_poor_and_unexplained(board)? && may())
 }

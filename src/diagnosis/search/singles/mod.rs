@@ -25,8 +25,9 @@ use step::Step;
 /// The search for one cause, step by step.
 ///
 /// First-order scores mislead where an effect is large or the base has been pulled far. So every effect is looked at in several sizes, and where
-/// none of the best leaves noise, those that this and the scores put first are fitted with a few steps, and the best of those in full, with the best of every kind. What is like the best, in kind or place, is fitted once
-/// more from where the best has brought the base; what leaves nearly its trace is fitted too, so that ties are complete.
+/// none of the best leaves noise, those that this and the scores put first are fitted with a few steps, and the best of those in full, with the
+/// best of every kind. What is like the best, in kind or place, is fitted once more from where the best has brought the base; what leaves nearly
+/// its trace is fitted too, so that ties are complete.
 const SEARCH: &[Step] = &[
     screened::STEP,
     looked::STEP,
