@@ -15,7 +15,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("arrays", &["linalg"]),
     ("units", &["catalogue"]),
     ("yaml", &["catalogue"]),
-    ("mesh", &["catalogue"]),
+    ("mesh", &["catalogue", "deck"]),
     // level 1
     ("element", &["linalg", "catalogue"]),
     ("matrices", &["linalg", "catalogue", "hash", "arrays", "element"]),

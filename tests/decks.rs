@@ -310,7 +310,99 @@ fn plates_vibrate_as_plates() {
     deck += "ENDDATA\n";
     let d = 7e10 * 1e-6 / (12.0 * (1.0 - 0.09));
     let expected = 35.99 / TAU * (d / 27.0_f64).sqrt();
-    near(frequencies(&model(&deck), 1)[0], expected, 0.03);
+    let found = frequencies(&model(&deck), 1)[0];
+    near(found, expected, 0.03);
+    // Without membrane it bends as before, and is held in its plane.
+    let bends = model(&deck.replace("PSHELL,1,1,.01,1,,1", "PSHELL,1,,.01,1,,1"));
+    near(frequencies(&bends, 1)[0], found, 1e-9);
+    let refused = refusal(&deck.replace("PSHELL,1,1,.01,1,,1", "PSHELL,1,,.01"));
+    assert!(refused.contains("a shell needs a membrane (MID1) or bends (MID2)"), "{refused}");
+}
+
+/// An edge without a grid is straight and moves as its ends: between the element with all grids and the one of corners, whose functions are among its own.
+#[test]
+fn solids_have_grids_on_some_of_their_edges() {
+    let deck = |middles: &dyn Fn(usize) -> bool| {
+        let mut text = String::from("CEND\nSPC=1\nBEGIN BULK\nPARAM,COUPMASS,1\nMAT1,1,7.+10,,.3,2700.\nPSOLID,1,1\n");
+        let corners = [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, 0, 1], [2, 0, 1], [2, 1, 1], [0, 1, 1]];
+        for (i, [x, y, z]) in corners.iter().enumerate() {
+            text += &format!("GRID,{},,{x}.,{y}.,{z}.\n", i + 1);
+        }
+        let edges = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 5], [2, 6], [3, 7], [4, 5], [5, 6], [6, 7], [7, 4]];
+        let mut grids: Vec<String> = (1..=8).map(|i| i.to_string()).collect();
+        for (i, [a, b]) in edges.into_iter().enumerate() {
+            if middles(i) {
+                let at: Vec<String> = (0..3).map(|k| format!("{:?}", f64::from(corners[a][k] + corners[b][k]) / 2.0)).collect();
+                text += &format!("GRID,{},,{}\n", 11 + i, at.join(","));
+            }
+            grids.push(if middles(i) { (11 + i).to_string() } else { String::new() });
+        }
+        let lines: Vec<String> =
+            [&grids[..6], &grids[6..14], &grids[14..]].iter().map(|part| part.join(",")).collect();
+        text + &format!("CHEXA,1,1,{}\n,{}\n,{}\nSPC1,1,123,1,4,5,8\nENDDATA\n", lines[0], lines[1], lines[2])
+    };
+    let along = |i: usize| matches!(i, 0 | 2 | 8 | 10);
+    let [all, some] = [model(&deck(&|_| true)), model(&deck(&along))];
+    let mass = |m: &Model| m.mass_properties(&m.parameters().nominal()).unwrap().unwrap().mass;
+    near(mass(&some), 5400.0, 1e-12);
+    let (all, some) = (frequencies(&all, 3), frequencies(&some, 3));
+    for (a, s) in all.iter().zip(&some) {
+        assert!(a < s && *s < 1.5 * a, "{all:?} {some:?}");
+    }
+}
+
+/// RBAR1 is the RBAR of the same grids; two grids at a fixed distance along x are an MPC.
+#[test]
+fn rigid_bars_and_rods_are_read() {
+    let deck = |rigid: &str| {
+        format!(
+            "CEND\nSPC=1\nMPC=1\nBEGIN BULK\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nGRID,3,,2.\nCBAR,1,7,1,2,0.,0.,1.\n\
+             PBAR,7,1,1.-3,4.-8,9.-8,1.-7\nCONM2,5,3,,2.,,,,,+\n+,.1,,.1,,,.1\nCELAS2,6,1.+5,3,2\nCELAS2,8,1.+5,3,3\nCELAS2,9,1.+3,3,4\nCELAS2,10,1.+3,3,5\nCELAS2,11,1.+3,3,6\n\
+             {rigid}\nSPC1,1,123456,1\nENDDATA\n"
+        )
+    };
+    let of = |rigid: &str| frequencies(&model(&deck(rigid)), 5);
+    assert_eq!(of("RBAR1,9,2,3,12345"), of("RBAR,9,2,3,123456,,,12345"));
+    for (a, b) in of("RROD,9,2,3,,1").iter().zip(of("MPC,1,2,1,1.,3,1,-1.")) {
+        near(*a, b, 1e-9);
+    }
+}
+
+/// Shapes by closed forms: the shear centre of a channel lies 3 b² t_f / (h t_w + 6 b t_f) behind its web, of an angle and a tee where the walls meet; Z and L have
+/// I12 of their rectangles.
+#[test]
+fn open_sections_have_their_shear_centre_and_their_product_of_inertia() {
+    let value = |property: &str, key: &str| -> f64 {
+        let deck = format!(
+            "CEND\nSPC=1\nBEGIN BULK\nMAT1,1,2.+11,8.+10,,7800.\nGRID,1\nGRID,2,,1.\nCBEAM,1,7,1,2,0.,1.,0.\n{property}\nSPC1,1,123456,1\nENDDATA\n"
+        );
+        let text = import(&deck_of(&deck), options("si")).unwrap_or_else(|e| panic!("{}", e[0])).text;
+        let after = text.split_once(&format!("{key}: ")).map_or("0", |t| t.1);
+        after.split([' ', ',', '}']).next().unwrap().parse().unwrap_or_else(|e| panic!("{e}: {after}"))
+    };
+    let (w, h, tw, tf) = (0.1, 0.2, 0.004, 0.006);
+    let chan = format!("PBEAML,7,1,,CHAN\n,{w},{h},{tw},{tf}");
+    let (b, hm) = (w - tw / 2.0, h - tf);
+    let behind = 3.0 * b * b * tf / (hm * tw + 6.0 * b * tf);
+    // The centroid from the middle of the web.
+    let area = 2.0 * w * tf + (h - 2.0 * tf) * tw;
+    let centroid = 2.0 * w * tf * (w - tw) / 2.0 / area;
+    near(value(&chan, "neutral_axis_z"), behind + centroid, 1e-3);
+    near(value("PBEAML,7,1,,T\n,.1,.2,.006,.004", "neutral_axis_y"), -0.1 * 7.76e-4 / 1.376e-3, 1e-9);
+    // An angle of equal legs: its symmetric axis is a principal one.
+    let angle = "PBEAML,7,1,,L\n,.1,.1,.01,.01";
+    let product = 1e-3 * 9e-4 / 1.9e-3 * 0.05 * 0.045;
+    let mean = 1e-3 * 1e-4 / 12.0 + 9e-4 * 0.09 * 0.09 / 12.0 + 1e-3 * 9e-4 / 1.9e-3 * 0.05 * 0.05;
+    near(value(angle, "Iz"), mean + product, 1e-9);
+    near(value(angle, "Iy"), mean - product, 1e-9);
+    let apart = (1e-3 * 0.005 + 9e-4 * 0.055) / 1.9e-3 - 0.005;
+    near(value(angle, "neutral_axis_y").hypot(value(angle, "neutral_axis_z")), apart * 2_f64.sqrt(), 1e-9);
+    let zed = "PBEAML,7,1,,Z\n,.04,.01,.08,.1";
+    let product = 2.0 * 0.05 * 0.01 * 0.045 * 0.02;
+    let about_z = 0.01 * 0.08_f64.powi(3) / 12.0 + 2.0 * 0.05 * (1e-6 / 12.0 + 0.01 * 0.045 * 0.045);
+    let about_y = 0.08 * 1e-6 / 12.0 + 2.0 * 0.01 * (0.05_f64.powi(3) / 12.0 + 0.05 * 0.02 * 0.02);
+    near(value(zed, "Iz"), 0.5 * (about_z + about_y) + (0.5 * (about_z - about_y)).hypot(product), 1e-9);
+    near(value("PBEAML,7,1,,HEXA\n,.02,.1,.06", "A"), 0.06 * 0.08, 1e-9);
 }
 
 /// A chain of a grid and two scalar points, one of them named by elements alone: det(K - ω² M) = 0, and the mass of the structure is the grid's.

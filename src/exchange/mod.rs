@@ -19,6 +19,7 @@ mod results;
 mod shapes;
 mod system;
 mod text;
+mod walls;
 mod writer;
 
 pub use abaqus::{KEYWORDS, KeywordRule, KeywordUse, import_keywords};

@@ -14,17 +14,36 @@ pub(in crate::exchange) fn rectangle_j(width: f64, height: f64) -> f64 {
 
 /// Parts of a section: (width along z, height along y, y of its middle, z of its middle), negative widths for holes.
 pub(in crate::exchange) fn composed(parts: &[[f64; 4]]) -> [f64; 3] {
-    let area: f64 = parts.iter().map(|p| p[0] * p[1]).sum();
-    let centre = |i: usize| parts.iter().map(|p| p[0] * p[1] * p[i]).sum::<f64>() / area;
-    let (y, z) = (centre(2), centre(3));
+    let area = parts.iter().map(|p| p[0] * p[1]).sum();
+    let [y, z] = centroid(parts);
     let i1 = parts.iter().map(|p| p[0] * p[1] * (p[1] * p[1] / 12.0 + (p[2] - y).powi(2))).sum();
     let i2 = parts.iter().map(|p| p[0] * p[1] * (p[0] * p[0] / 12.0 + (p[3] - z).powi(2))).sum();
     [area, i1, i2]
 }
 
+/// The centroid of parts, (y, z).
+pub(in crate::exchange) fn centroid(parts: &[[f64; 4]]) -> [f64; 2] {
+    let area: f64 = parts.iter().map(|p| p[0] * p[1]).sum();
+    [2, 3].map(|i| parts.iter().map(|p| p[0] * p[1] * p[i]).sum::<f64>() / area)
+}
+
+/// The product of inertia of parts about their centroid, the integral of y z.
+pub(in crate::exchange) fn product(parts: &[[f64; 4]]) -> f64 {
+    let [y, z] = centroid(parts);
+    parts.iter().map(|p| p[0] * p[1] * (p[2] - y) * (p[3] - z)).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of two rectangles, whose own are zero, it is m1 m2 / (m1 + m2) dy dz.
+    #[test]
+    fn the_product_of_an_angle_is_that_of_its_legs() {
+        // Legs of 4 x 1 and 1 x 3; their middles are (y, z) = (0.5, 2) and (2.5, 0.5).
+        let parts = [[4.0, 1.0, 0.5, 2.0], [1.0, 3.0, 2.5, 0.5]];
+        assert!((product(&parts) + 12.0 / 7.0 * 3.0).abs() < 1e-14);
+    }
 
     /// a b³ times 0.1406 for a square, 0.229 for two to one, 0.291 for five to one (Timoshenko and Goodier, table 7).
     #[test]

@@ -5,10 +5,12 @@
 //!
 //! To add a format: a file here with a unit struct and `impl MeshReader`, `mod` and a line in [`MESH_READERS`].
 
+mod abaqus;
 mod cell;
 mod cursor;
 mod gmsh;
 mod gmsh_text;
+pub(crate) mod nastran;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +24,8 @@ catalogue! {
     /// Every format of meshes; the first that recognises a file reads it.
     MESH_READERS: dyn MeshReader;
     gmsh::Gmsh,
+    abaqus::Abaqus,
+    nastran::Nastran,
 }
 
 /// A format: stateless.

@@ -131,6 +131,71 @@ fn gmsh_2_2_is_read_as_text_and_as_bytes() {
     assert_eq!(mesh.nodes_of(2), [0, 2, 3]);
 }
 
+/// The squares once more, as decks write them.
+const KEYWORDS: &str = "*HEADING
+squares
+*NODE
+1, 0., 0., 0.
+4, 0., 1.
+2, 1., 0.
+3, 1., 1., 0.
+11, 2., 0.
+12, 2., 1.
+*ELEMENT, TYPE=S3R, ELSET=skin
+2, 1, 2, 3
+3, 1, 3,
+ 4
+*ELEMENT, TYPE=S4R, ELSET=quad
+5, 2, 11, 12, 3
+*ELEMENT, TYPE=MASS, ELSET=lump
+7, 12
+*ELSET, ELSET=SKIN
+quad
+*NSET, NSET=root edge, GENERATE
+1, 4, 3
+*NSET, NSET=corner
+12
+*SHELL SECTION, ELSET=skin, MATERIAL=none
+0.1
+";
+
+#[test]
+fn decks_are_meshes_with_their_sets() {
+    let mesh = read(KEYWORDS.as_bytes()).unwrap();
+    let of = |name: &str| -> (Vec<u64>, Vec<u64>) {
+        let set = mesh.set(name).unwrap_or_else(|| panic!("no {name}"));
+        let cells = set.cells.iter().map(|&c| mesh.cells[c].id).collect();
+        (cells, mesh.nodes_of_set(set).iter().map(|&n| mesh.nodes[n].id).collect())
+    };
+    assert_eq!(of("SKIN"), (vec![2, 3, 5], vec![1, 2, 3, 4, 11, 12]));
+    assert_eq!(of("QUAD"), (vec![5], vec![2, 11, 12, 3]));
+    assert_eq!(of("ROOT EDGE"), (vec![1, 4], vec![1, 4]));
+    assert_eq!(of("CORNER"), (vec![12], vec![12]));
+    let bulk = "SOL 103\nCEND\nBEGIN BULK\nGRID,1,,0.,0.\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nGRID    11              2.\nGRID,12,,2.,1.\n\
+                CTRIA3,2,9,1,2,3\nCTRIA3,3,9,1,3,4\nCQUAD4,5,9,2,11,12,3\nPSHELL,9,1,.1\nCBAR,6,4,1,2,0.,0.,1.\nCONM2,7,12,,3.\nENDDATA\n";
+    let same = read(bulk.as_bytes()).unwrap();
+    let skin = same.set("p9").unwrap();
+    let cells = |m: &Mesh, set: &MeshSet| -> Vec<Vec<u64>> {
+        set.cells.iter().map(|&c| m.nodes_of(c).iter().map(|&n| m.nodes[n].id).collect()).collect()
+    };
+    assert_eq!(cells(&same, skin), cells(&mesh, mesh.set("SKIN").unwrap()));
+    assert_eq!(same.cells[same.set("p4").unwrap().cells[0]].shape, Shape::Line2);
+    for (text, message) in [
+        (KEYWORDS.replace("S4R", "S4Q9"), None),
+        (KEYWORDS.replace("TYPE=S4R", "TYPE=Q4"), Some("line 14: *ELEMENT: no element of the type `Q4` is known")),
+        (KEYWORDS.replace("5, 2, 11, 12, 3", "5, 2, 11, 12, 33"), Some("line 15: *ELEMENT, field 5 (node): there is no node 33")),
+        (KEYWORDS.replace("\nquad", "\nquat"), Some("there is no set `quat` above")),
+        (KEYWORDS.replace("*HEADING\nsquares", "*INCLUDE, INPUT=other.inp"), Some("other.inp")),
+        (bulk.replace("GRID,12,", "GRID,12,3"), Some("grids in axes of their own are read by `retune import`")),
+    ] {
+        match (read(text.as_bytes()), message) {
+            (Ok(_), None) => {}
+            (Err(e), Some(message)) => assert!(e.to_string().contains(message), "{e}"),
+            (found, message) => panic!("{found:?} {message:?}"),
+        }
+    }
+}
+
 /// Middles of edges are between the corners that the elements of the same name say.
 #[test]
 fn second_order_cells_have_the_order_of_the_elements() {

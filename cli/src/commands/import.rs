@@ -23,11 +23,13 @@ pub(super) enum AnyDeck {
 }
 
 impl AnyDeck {
-    /// Reads a deck with everything that it includes; its beginning says of which kind it is.
+    /// Reads a deck with everything that it includes; its name or its beginning says of which kind it is.
     pub(super) fn read(path: &Path) -> Result<Self, Failure> {
         let failed = |e: DeckError| Failure::text(e.to_string());
         let mut first = Some(ledger::read(path, LARGEST));
-        let is_keywords = matches!(&first, Some(Ok(bytes)) if is_keyword_deck(bytes));
+        // A deck that is called `.inp` is one of keywords whatever stands first in it: then the line at fault is named.
+        let is_called = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("inp"));
+        let is_keywords = is_called || matches!(&first, Some(Ok(bytes)) if is_keyword_deck(bytes));
         let mut read = |p: &Path| first.take().unwrap_or_else(|| ledger::read(p, LARGEST));
         Ok(if is_keywords {
             Self::Keywords(KeywordDeck::read(path, &mut read).map_err(failed)?)

@@ -29,7 +29,6 @@ mod tests;
 mod tied;
 mod ties;
 mod trapezoid;
-mod walls;
 
 pub use keywords::{KEYWORDS, KeywordRule, KeywordUse};
 pub use pass::import_keywords;

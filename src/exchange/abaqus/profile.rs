@@ -4,9 +4,10 @@
 //! (transverse shear stiffness): k = 0.85 RECT, 0.89 CIRC, 0.53 PIPE and HEX, 0.44 BOX and I, 0.822 TRAPEZOID, 1 of L, ARBITRARY and where
 //! constants are given.
 
-use super::{trapezoid, walls};
+use super::trapezoid;
 use crate::deck::{DataLine, DeckError, Keyword};
 use crate::exchange::shapes::{composed, rectangle_j};
+use crate::exchange::walls;
 use std::f64::consts::PI;
 
 /// A section in its axes 1 (y of retune) and 2 (z).

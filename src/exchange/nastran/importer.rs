@@ -113,6 +113,8 @@ pub(super) struct Importer<'a> {
     pub elements: HashMap<u32, CardId>,
     /// Scalar points, and whether their node is written.
     pub scalars: BTreeMap<u32, bool>,
+    /// Nodes in the middle of edges without a grid that are written already.
+    pub(super) middles: HashSet<String>,
     /// Nodes whose displacements have axes of their own, by frame.
     pub turned: BTreeMap<String, Vec<String>>,
 }
@@ -165,6 +167,7 @@ impl<'a> Importer<'a> {
             named: HashMap::new(),
             elements: HashMap::new(),
             scalars: BTreeMap::new(),
+            middles: HashSet::new(),
             turned: BTreeMap::new(),
         };
         importer.look_ahead()?;
@@ -344,6 +347,11 @@ impl<'a> Importer<'a> {
                 Treatment::Used(gives) => counts(&mut self.report.read, gives),
                 Treatment::LeftOut(why) => {
                     counts(&mut self.report.left_out, why);
+                    if matches!(name, "ASET" | "ASET1" | "OMIT" | "OMIT1") {
+                        self.report.note(format!(
+                            "the solver reduces its model ({name}): frequencies of the reduction lie above those of the whole model that is imported"
+                        ));
+                    }
                     self.pending.clear();
                 }
                 // What needs it is refused itself.

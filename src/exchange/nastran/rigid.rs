@@ -8,7 +8,7 @@ use crate::exchange::motions;
 use crate::exchange::text::{exact, list};
 use crate::exchange::writer::Block;
 use crate::linalg::DMatrix;
-use crate::model::{minus, rigid_motion};
+use crate::model::{minus, rigid_motion, unit};
 
 pub(super) const CARDS: &[CardRule] = &[
     read("RBE2", "rigid links", rbe2),
@@ -16,8 +16,8 @@ pub(super) const CARDS: &[CardRule] = &[
     read("RBAR", "rigid links", rbar),
     read("RBE1", "rigid links", rbe1),
     refused("RBE2GS", "rigid elements that search their grids are not read; give an RBE2"),
-    refused("RROD", "rigid rods are not read; give an MPC"),
-    refused("RBAR1", "give an RBAR"),
+    read("RBAR1", "rigid links", rbar1),
+    read("RROD", "rigid links", rrod),
     refused("RTRPLT", "rigid triangles are not read; give an RBE1"),
     refused("RSPLINE", "splines of displacements are not read; give an RBE3"),
     refused("RSSCON", "connectors of shells and solids are not read; give an RBE3"),
@@ -189,6 +189,31 @@ fn rbar(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
             return general(importer, card, &name, &lead, &[(a, cma), (b, cmb)]);
         }
     }
+    Ok(())
+}
+
+/// RBAR1: the components CB of the second grid follow all six of the first.
+fn rbar1(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
+    let eid = card.id_at(2, "EID")?;
+    let (a, b) = (importer.grid(card, 3, "GA")?, importer.grid(card, 4, "GB")?);
+    let flags = if card.is_blank(5) { ALL } else { card.components(5, "CB")? };
+    importer.link(&format!("rbar1_{eid}"), &a, &[b], flags);
+    Ok(())
+}
+
+/// RROD: the distance of two grids stays, n · (u_b - u_a) = 0; which of the components follows is the solver's own business.
+fn rrod(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(), DeckError> {
+    let eid = card.id_at(2, "EID")?;
+    let (a, b) = (importer.grid(card, 3, "GA")?, importer.grid(card, 4, "GB")?);
+    let Some(n) = unit(minus(b.1.position, a.1.position)) else {
+        return Err(card.error(Some((4, "GB")), "both of its grids lie at one place"));
+    };
+    let mut terms = Vec::new();
+    for (node, sign) in [(&b.0, 1.0), (&a.0, -1.0)] {
+        let dofs = [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().zip(n);
+        terms.extend(dofs.filter(|(_, v)| *v != 0.0).map(|(dof, v)| (node.clone(), dof, sign * v)));
+    }
+    importer.constraint(&format!("rrod_{eid}"), terms);
     Ok(())
 }
 

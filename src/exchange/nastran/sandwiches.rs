@@ -36,7 +36,11 @@ pub(super) fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> R
         }
         materials.push(Some(found));
     }
-    let [Some(membrane), bending, shear, coupling] = &materials[..] else { return Ok(None) };
+    let [given, bending, shear, coupling] = &materials[..] else { return Ok(None) };
+    // A plate that only bends does not move in its plane: nothing holds it there, and AUTOSPC does.
+    let Some(membrane) = given.as_ref().or(bending.as_ref()) else {
+        return Err(property.error(Some((3, "MID1")), "a shell needs a membrane (MID1) or bends (MID2)"));
+    };
     let own = membrane.id();
     let is_own = |m: &Option<Card<'a>>| m.as_ref().is_none_or(|m| m.id() == own);
     let isotropic_all = materials.iter().flatten().all(|m| m.name() == "MAT1");
@@ -47,7 +51,7 @@ pub(super) fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> R
     for material in materials.iter().flatten().filter(|m| m.name() == "MAT2") {
         is_skew |= material.real_or(5, "G13", 0.0)? != 0.0 || material.real_or(7, "G23", 0.0)? != 0.0;
     }
-    if coupling.is_none() && !is_skew && (is_one || isotropic_all) {
+    if given.is_some() && coupling.is_none() && !is_skew && (is_one || isotropic_all) {
         return Ok(None);
     }
     let thickness = property.real(4, "T")?;
@@ -86,7 +90,7 @@ pub(super) fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> R
         for (key, g) in [("S55", along), ("S44", across)] {
             values.items.push((key.into(), format!("{} N/m", computed(g * stress * share * t))));
         }
-        // Mass is of the membrane's material.
+        // Mass is of the membrane's material; where there is none, of the plate's.
         let rho = density_of(membrane)?.unwrap_or(0.0) * importer.wtmass * importer.options.system.factor(Q::Density);
         values.items.push(("areal_mass".into(), format!("{} kg/m2", computed(rho * t))));
         let nsm = property.real_or(9, "NSM", 0.0)?;
@@ -95,6 +99,11 @@ pub(super) fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> R
         }
         non_structural(importer, &mut values, (property, 9), nsm);
         lumped(importer, &mut values);
+        if given.is_none() {
+            importer.report.approximate(
+                "plates without membrane (MID1 empty) have that of MID2, in place of AUTOSPC, which holds them in their plane",
+            );
+        }
         if bending.is_none() {
             importer.report.approximate("shells without bending (MID2 empty) have a millionth of it");
         }

@@ -7,6 +7,7 @@ use super::importer::{Importer, Values};
 use super::materials::{density, for_members};
 use super::{CardRule, refused, used};
 use crate::deck::{Card, DeckError};
+use crate::exchange::report::ImportReport;
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::text::{computed, with_unit};
 use std::f64::consts::PI;
@@ -49,6 +50,23 @@ struct Given {
     nsm_at: [f64; 2],
 }
 
+impl Given {
+    /// Offsets and shear factors along principal axes, `turn` from those of the deck.
+    fn turn(&mut self, turn: f64, report: &mut ImportReport) {
+        let (s, c) = turn.sin_cos();
+        let along = |[y, z]: [f64; 2]| [c * y + s * z, c * z - s * y];
+        (self.neutral, self.nsm_at) = (along(self.neutral), along(self.nsm_at));
+        if self.shear[0] != self.shear[1] && self.shear.iter().all(|k| *k >= 0.0) {
+            // Flexibilities 1/k turn as a tensor does, zero standing for none; what couples the two planes is left out.
+            let inverse = |k: f64| if k > 0.0 { 1.0 / k } else { 0.0 };
+            let [f, g] = self.shear.map(inverse);
+            self.shear = [c * c * f + s * s * g, s * s * f + c * c * g].map(inverse);
+            self.shear_fields = [None; 2];
+            report.approximate("shear of sections with I12 does not couple the two principal planes");
+        }
+    }
+}
+
 const NAMES: [&str; 6] = ["A", "I1", "I2", "I12", "J", "NSM"];
 
 /// The section of a bar or beam.
@@ -80,14 +98,13 @@ fn given(importer: &mut Importer<'_>, property: &Card<'_>) -> Result<Given, Deck
         }
         "PBARL" | "PBEAML" => {
             let shape = shape::read(property)?;
-            out.numbers = [shape.area, shape.i1, shape.i2, 0.0, shape.j, shape.nsm];
+            out.numbers = [shape.area, shape.i1, shape.i2, shape.i12, shape.j, shape.nsm];
             out.fields[5] = shape.nsm_field;
             out.shear = shape.shear;
             importer.report.note("properties of PBARL and PBEAML are those of the exact shape (torsion by Saint-Venant's series); the solver's own finite elements give J about 1e-3 larger");
-            if property.name() == "PBEAML" && shape.is_open {
-                importer.report.approximate(
-                    "PBEAML of the shapes T, CHAN and uneven I have their neutral axis on the shear centre",
-                );
+            // Grids of a CBEAM lie on the shear centre, those of a CBAR on the centroid, whatever its section.
+            if property.name() == "PBEAML" {
+                out.neutral = shape.neutral;
             }
             if shape.is_tapered {
                 importer.report.approximate("tapered PBEAML have the section of their first end");
@@ -128,16 +145,13 @@ fn values(
     let mut values = Values::default();
     let (has_e, has_g) = for_members(importer, &material, &mut values)?;
     let [area, mut i1, mut i2, i12, j, nsm] = given.numbers;
+    let mut given = given.clone();
     if turn != 0.0 {
         let (mean, half) = (0.5 * (i1 + i2), (0.5 * (i1 - i2)).hypot(i12));
         (i1, i2) = (mean + half, mean - half);
-        if given.shear[0] != given.shear[1] || given.neutral != [0.0; 2] || given.nsm_at != [0.0; 2] {
-            return Err(property.error(
-                given.fields[3],
-                "I12 together with different shear factors or offsets of the neutral axis is not read",
-            ));
-        }
+        given.turn(turn, &mut importer.report);
     }
+    let given = &given;
     // A rigidity that is nothing is stated, so that nobody takes it for forgotten.
     let rigidities = [
         ("A", 0, area, Q::Area, has_e, "EA", "N"),

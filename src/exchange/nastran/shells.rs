@@ -178,9 +178,6 @@ fn section<'a>(importer: &mut Importer<'a>, property: &Card<'a>) -> Result<Shell
     }
     let thickness = property.optional_real(4, "T")?;
     let at = |importer: &Importer<'a>| importer.material(property, 3, &["MAT1", "MAT8", "MAT2"]);
-    if property.is_blank(3) {
-        return Err(property.error(Some((3, "MID1")), "a shell without membrane is not read"));
-    }
     if let Some(other) = sandwiches::section(importer, property)? {
         return Ok(other);
     }

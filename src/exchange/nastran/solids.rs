@@ -4,9 +4,11 @@ use super::importer::{Importer, Values};
 use super::materials::{density, isotropic, orthotropic};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
+use crate::element::Dof;
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::text::{computed, with_unit};
 use crate::exchange::writer::Block;
+use crate::mesh::nastran::order_of_edges;
 
 pub(super) const CARDS: &[CardRule] = &[
     read("CTETRA", "solids", solid),
@@ -27,29 +29,93 @@ fn order(name: &str, nodes: usize) -> Option<(&'static str, Vec<usize>)> {
         ("CPYRAM", 5) => plain("pyramid5", 5),
         ("CPYRAM", 13) => plain("pyramid13", 13),
         ("CPENTA", 6) => plain("wedge6", 6),
-        ("CPENTA", 15) => Some(("wedge15", (0..9).chain(12..15).chain(9..12).collect())),
+        ("CPENTA", 15) => Some(("wedge15", order_of_edges(3))),
         ("CHEXA", 8) => plain("hex8", 8),
-        ("CHEXA", 20) => Some(("hex20", (0..12).chain(16..20).chain(12..16).collect())),
+        ("CHEXA", 20) => Some(("hex20", order_of_edges(4))),
         _ => None,
+    }
+}
+
+/// Corners of a card, and of each edge the corners, from 0, in the order of its grids.
+fn edges(name: &str) -> (usize, &'static [[usize; 2]]) {
+    match name {
+        "CTETRA" => (4, &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
+        "CPYRAM" => (5, &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]]),
+        "CPENTA" => (6, &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5], [3, 4], [4, 5], [5, 3]]),
+        _ => (
+            8,
+            &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [3, 0],
+                [0, 4],
+                [1, 5],
+                [2, 6],
+                [3, 7],
+                [4, 5],
+                [5, 6],
+                [6, 7],
+                [7, 4],
+            ],
+        ),
+    }
+}
+
+/// Names and places of a card's nodes. Where some edges have a grid and others not, these have a node that moves as the mean of both corners:
+/// the functions of the element without it.
+fn nodes(importer: &mut Importer<'_>, card: &Card<'_>) -> Result<(Vec<String>, Vec<[f64; 3]>), DeckError> {
+    let (corners, edges) = edges(card.name());
+    let (mut grids, mut points) = (Vec::new(), Vec::new());
+    for n in 0..corners {
+        let (name, grid) = importer.grid(card, 4 + n, "G")?;
+        grids.push(name);
+        points.push(grid.position);
+    }
+    let is_given = |n: usize| !matches!(card.text(4 + n), "" | "0");
+    if let Some(beyond) = (corners + edges.len()..=card.len().saturating_sub(4)).find(|n| is_given(*n)) {
+        let text = format!("a {} has at most {} grids", card.name(), corners + edges.len());
+        return Err(card.error(Some((4 + beyond, "G")), text));
+    }
+    if !(corners..corners + edges.len()).any(is_given) {
+        return Ok((grids, points));
+    }
+    for (i, ends) in edges.iter().enumerate() {
+        let (name, at) = if is_given(corners + i) {
+            let (name, grid) = importer.grid(card, 4 + corners + i, "G")?;
+            (name, grid.position)
+        } else {
+            let at = std::array::from_fn(|k| 0.5 * (points[ends[0]][k] + points[ends[1]][k]));
+            (importer.middle([&grids[ends[0]], &grids[ends[1]]], at), at)
+        };
+        grids.push(name);
+        points.push(at);
+    }
+    Ok((grids, points))
+}
+
+impl Importer<'_> {
+    /// The node in the middle of an edge without a grid, the mean of its ends, written when it is first named.
+    fn middle(&mut self, ends: [&String; 2], at: [f64; 3]) -> String {
+        let [a, b] = if ends[0] <= ends[1] { ends } else { [ends[1], ends[0]] };
+        let name = format!("mid_{a}_{b}");
+        if self.middles.insert(name.clone()) {
+            let place = self.lengths(at);
+            self.out.node(&name, &place, Some(at), "edge without a grid");
+            for dof in [Dof::Ux, Dof::Uy, Dof::Uz] {
+                let terms = vec![(name.clone(), dof, 1.0), (a.clone(), dof, -0.5), (b.clone(), dof, -0.5)];
+                self.constraint(&format!("{name}_{dof}"), terms);
+            }
+        }
+        name
     }
 }
 
 fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckError> {
     let property = importer.property(card, 3, &["PSOLID"])?;
-    let (mut grids, mut points) = (Vec::new(), Vec::new());
-    for n in 4..=card.len() {
-        if !card.is_blank(n) {
-            let (name, grid) = importer.grid(card, n, "G")?;
-            grids.push(name);
-            points.push(grid.position);
-        }
-    }
+    let (grids, points) = nodes(importer, card)?;
     let Some((kind, order)) = order(card.name(), grids.len()) else {
-        let text = format!(
-            "{} grids are given; all of the corners, or all with those of every edge, are expected",
-            grids.len()
-        );
-        return Err(card.error(Some((4, "G1")), text));
+        return Err(card.error(Some((4, "G1")), format_args!("{} grids are given; all corners are expected", grids.len())));
     };
     let material = importer.material(&property, 3, &["MAT1", "MAT9", "MAT11"])?;
     let is_directed = material.name() != "MAT1";
