@@ -7,6 +7,7 @@
 //! after: what they name may give the mode its partner. Where the best of that search gives such modes their partners and does not explain
 //! everything, several things are wrong, and these modes stay.
 
+use super::damping;
 use super::answer::{Investigation, investigate_these};
 use super::error::DiagnosisError;
 use super::problem::evidence::degrees_of_freedom;
@@ -244,6 +245,9 @@ pub(super) fn investigate(
     check_places(&scene, settings)?;
     let (work, before) = (scene.work.clone(), scene.work.so_far());
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
+    if !settings.until.is_over() {
+        found.diagnosis.damping = damping::read(&found)?;
+    }
     found.diagnosis.work = work.so_far().since(before);
     if settings.until.was_cut() {
         found.diagnosis.is_partial = true;

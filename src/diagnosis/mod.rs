@@ -12,11 +12,13 @@
 //! * `search` - hypotheses proposed and fitted in full: single ones, larger places, two or more together
 //! * `verdict` - probabilities, what is named, in words, and what to measure next
 //!
-//! `answer` asks them in this order, `foreign` settles which modes are of the structure, [`learn`] repeats it all with what was found in the model.
+//! `answer` asks them in this order, `foreign` settles which modes are of the structure, `damping` reads ratios that the model has nothing for, [`learn`]
+//! repeats it all with what was found in the model.
 //! Stated numbers are SI.
 
 mod answer;
 pub mod benchmark;
+mod damping;
 mod effort;
 mod error;
 mod foreign;
@@ -33,6 +35,7 @@ mod thresholds;
 mod until;
 mod verdict;
 
+pub use damping::{DampedMode, DampingLaw, DampingReading, DampingTerm};
 pub use effort::Effort;
 pub use error::DiagnosisError;
 pub use learn::{Attempt, Learned, Step, learn, learn_from_tests};

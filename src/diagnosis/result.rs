@@ -1,5 +1,6 @@
 //! The answer of a diagnosis.
 
+use super::damping::DampingReading;
 use super::problem::work::WorkDone;
 use super::search::hypothesis::Estimate;
 use super::search::spread::Spread;
@@ -179,6 +180,9 @@ pub struct Diagnosis {
     /// The pairs of every test at the fitted base.
     #[serde(default)]
     pub pairs: Vec<BasePairs>,
+    /// What measured damping ratios say, where the model has no damping.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<DampingReading>,
     /// Where what remains after the best hypothesis sits; empty if it looks like noise.
     pub remainder: String,
     /// Where the data allow less than one might think.

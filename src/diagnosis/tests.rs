@@ -568,6 +568,48 @@ fn of_strip(with_functions: bool) -> TestData {
     test
 }
 
+/// Ratios of a strip with Rayleigh's damping, against a model without any: the law, its sizes, and no other answer on stiffness and mass.
+#[test]
+fn ratios_tell_the_damping_of_a_model_without_any() {
+    let base = model(STRIP);
+    let context = crate::effect::Context::default();
+    let structure = crate::effect::Structure::new(&base, &context);
+    let sensor = |k: usize| Sensor {
+        name: format!("p{k}"),
+        place: crate::data::Place::Node { node: format!("n{k}"), position: None },
+        offset: None,
+        direction: [0.0, 0.0, 1.0],
+        is_rotation: false,
+        mass: None,
+    };
+    let sensors: Vec<Sensor> = (1..=4).map(sensor).collect();
+    let damped = |ids: &[(&str, f64)]| {
+        let mut text = STRIP.to_string();
+        for (id, size) in ids {
+            let hidden = Effects::builtin().candidate(&structure, id).unwrap();
+            text = hidden.patch.apply_to_text(&text).unwrap();
+            let name = hidden.parameters[0].name.as_str();
+            text = crate::effect::set_parameter_values(&text, &[(name, *size)]).unwrap();
+        }
+        let options = TwinOptions { damping: None, damping_noise: 0.02, ..noise(6, 7) };
+        let truth = model(&text);
+        let theta = truth.parameters().nominal();
+        twin_modes(&truth, &theta, &sensors, &options, "twin of a story").unwrap()
+    };
+    let mut test = damped(&[("mass-damping@whole", 2.0), ("stiffness-damping@strip", 4e-5)]);
+    let d = diagnose(&base, &test, &Settings::default()).unwrap();
+    let found = d.damping.unwrap();
+    assert_eq!(found.laws[0].id, "mass-damping@whole + stiffness-damping@strip", "{}", found.sentence);
+    for (term, truth) in found.laws[0].terms.iter().zip([2.0, 4e-5]) {
+        let half = 0.5 * (term.interval[1] - term.interval[0]);
+        assert!((term.value - truth).abs() < 2.0 * half && half < 0.2 * truth, "{term:?}");
+    }
+    test.modes.iter_mut().for_each(|m| m.damping_ratio = None);
+    let without = diagnose(&base, &test, &Settings::default()).unwrap();
+    assert!(without.damping.is_none());
+    assert_eq!((without.verdict, &without.hypotheses), (d.verdict, &d.hypotheses));
+}
+
 /// More mass everywhere and less stiffness everywhere move frequencies alike and no shape; only functions know the scale.
 #[test]
 fn frequency_responses_tell_mass_from_stiffness() {

@@ -94,7 +94,10 @@ fn check_where(
         names(candidate, &mut fail);
         match candidate.build(model, registry) {
             Err(e) => fail(e.to_string()),
-            Ok(patched) => matrices(&base, model, &patched, &theta, &mut fail),
+            Ok(patched) => {
+                let damps = candidate.effect.damps();
+                matrices(&base, model, &patched, (&theta, damps), &mut fail);
+            }
         }
         round_trip(candidate, text, model.spec(), &mut fail);
         let next = &all[(i + 1) % all.len()];
@@ -161,7 +164,13 @@ fn names(candidate: &Candidate, fail: &mut impl FnMut(String)) {
     }
 }
 
-fn matrices(base: &System, model: &Model, patched: &Patched, theta: &[f64], fail: &mut impl FnMut(String)) {
+fn matrices(
+    base: &System,
+    model: &Model,
+    patched: &Patched,
+    (theta, damps): (&[f64], bool),
+    fail: &mut impl FnMut(String),
+) {
     let at = |values: &[f64]| patched.model.assemble(&patched.theta(theta, values));
     let (neutral, typical) = match (at(&patched.neutral), at(&patched.typical)) {
         (Ok(n), Ok(t)) => (n, t),
@@ -201,6 +210,11 @@ fn matrices(base: &System, model: &Model, patched: &Patched, theta: &[f64], fail
         || moved(&damping(&typical), &damping(&neutral));
     if !alive {
         fail("at its typical size nothing changes".to_string());
+    }
+    let is_only_damping = !moved(&typical.stiffness, &neutral.stiffness) && !moved(&typical.mass, &neutral.mass);
+    if alive && is_only_damping != damps {
+        let what = if is_only_damping { "C alone" } else { "K or M" };
+        fail(format!("`damps` is {damps}, and it changes {what}"));
     }
 }
 

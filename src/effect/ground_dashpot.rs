@@ -45,6 +45,10 @@ impl Effect for GroundDashpot {
         Belongs::Rig
     }
 
+    fn damps(&self) -> bool {
+        true
+    }
+
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let mut b = Builder::new(self.name(), at);
         let typical = 0.02 * structure.total_mass() * structure.omega2().sqrt();

@@ -41,6 +41,10 @@ impl Effect for MassDamping {
         all
     }
 
+    fn damps(&self) -> bool {
+        true
+    }
+
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let of =
             if at.names.is_empty() { heavy_entries(structure) } else { entries(&structure.parts_at(self.name(), at)?) };

@@ -147,6 +147,11 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether it damps, and changes neither K nor M: then damping ratios alone tell of it, too.
+    fn damps(&self) -> bool {
+        false
+    }
+
     /// Names of the effects at the same place that it becomes at a limit of its sizes. Where one of them is more
     /// probable, it is no hypothesis of its own.
     fn becomes(&self) -> &'static [&'static str] {

@@ -41,6 +41,10 @@ impl Effect for StiffnessDamping {
         all
     }
 
+    fn damps(&self) -> bool {
+        true
+    }
+
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let of = if at.names.is_empty() {
             structure.stiff_entries(true)

@@ -466,6 +466,28 @@ impl Change {
         central_difference(at, step, |a, b, width| a.combine(&b, |a, b| (a - b) / width))
     }
 
+    /// φᵀ ΔC φ of shapes on the rows of the model; coordinates that it brings, and superelements, damp nothing.
+    ///
+    /// * `shapes` - (n_dof x any number)
+    ///
+    /// # Errors
+    /// An element has no matrices there.
+    pub fn damping_of(&self, theta: &[f64], sizes: &[f64], shapes: &DMatrix<f64>) -> Result<Vec<f64>, ModelError> {
+        let mut out = vec![0.0; shapes.ncols()];
+        for k in 0..self.len() {
+            let Some((rows, b)) = self.motion(k) else { continue };
+            let damping = self.matrices(k, theta, sizes)?.damping;
+            if damping.is_zero() {
+                continue;
+            }
+            let of = |i: usize, j: usize| if rows[i] < shapes.nrows() { shapes[(rows[i], j)] } else { 0.0 };
+            let local = b * DMatrix::from_fn(rows.len(), shapes.ncols(), of);
+            let force = damping.to_dense() * &local;
+            out.iter_mut().zip(local.column_iter().zip(force.column_iter())).for_each(|(o, (u, f))| *o += u.dot(&f));
+        }
+        Ok(out)
+    }
+
     /// Rᵀ ΔM R of the six rigid motions about the origin, (6 x 6).
     pub fn rigid_mass(&self, theta: &[f64], sizes: &[f64]) -> Result<SymMatrix, ModelError> {
         let mut rigid = SymMatrix::zeros(6);

@@ -203,6 +203,7 @@ fn conclude_once(
         next_measurements: next,
         spread,
         unpaired_modes: base.fit.unpaired.iter().map(|m| m + 1).collect(),
+        damping: None,
         foreign_modes: Vec::new(),
         pairs: Vec::new(),
         remainder,

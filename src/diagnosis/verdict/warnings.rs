@@ -135,7 +135,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
     }
     if leaves_damping_aside(base) {
         out.push(
-            "damping ratios are not used, because the model has no damping; give members `stiffness_damping` or `mass_damping` under \
+            "damping ratios take no part in the search, because the model has no damping; give members `stiffness_damping` or `mass_damping` under \
              `overrides`"
                 .to_string(),
         );

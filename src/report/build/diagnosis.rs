@@ -1,7 +1,7 @@
 //! What a diagnosis or a history of learning found, in the report's terms.
 
 use super::super::data::{
-    Category, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Step, Steps, Verdict,
+    Category, DampedMode, Damping, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Step, Steps, Verdict,
 };
 use super::super::text::number;
 use super::structure::Places;
@@ -131,7 +131,52 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
         next_measurements,
         remainder: found.remainder.clone(),
         remainder_place,
+        damping: found.damping.as_ref().map(|d| damping(d, &places)),
         warnings: found.warnings.clone(),
+    }
+}
+
+/// Laws of damping as hypotheses on the structure.
+fn damping(found: &diagnosis::DampingReading, places: &Places<'_>) -> Damping {
+    let estimate = |t: &diagnosis::DampingTerm| {
+        let is_ratio = t.id == "constant";
+        Estimate {
+            quantity: match t.alike.as_slice() {
+                _ if is_ratio => "ratio of all modes".into(),
+                [] => t.id.clone(),
+                [other] => format!("{} (or {other})", t.id),
+                [other, rest @ ..] => format!("{} (or {other}, or {} more)", t.id, rest.len()),
+            },
+            value: if is_ratio { 100.0 * t.value } else { t.value },
+            unit: if is_ratio { "%".into() } else { t.unit.clone() },
+            interval: Some(if is_ratio { t.interval.map(|v| 100.0 * v) } else { t.interval }),
+            interval_label: "90 %".into(),
+        }
+    };
+    let law = |law: &diagnosis::DampingLaw| {
+        let at: Vec<&str> = law.terms.iter().filter_map(|t| t.id.split_once('@')).map(|(_, place)| place).collect();
+        Hypothesis {
+            id: law.id.clone(),
+            kind: law.id.clone(),
+            place: places.on_structure(&at.join("+")),
+            probability: Some(law.probability),
+            log_bayes_factor: Some(law.ln_bayes),
+            misfit_after: Some(law.misfit),
+            estimates: law.terms.iter().map(estimate).collect(),
+            ..Hypothesis::default()
+        }
+    };
+    let mode = |m: &diagnosis::DampedMode| DampedMode {
+        mode: m.mode as u64,
+        frequency_hz: m.frequency_hz,
+        ratio: m.ratio,
+        sd: m.sd,
+        by_law: m.by_law,
+    };
+    Damping {
+        sentence: sentence(&found.sentence),
+        laws: found.laws.iter().map(law).collect(),
+        modes: found.modes.iter().map(mode).collect(),
     }
 }
 

@@ -71,8 +71,38 @@ pub struct Diagnosis {
     pub remainder: String,
     /// Where the remainder sits.
     pub remainder_place: Option<Place>,
+    /// What measured damping ratios say, where the model has no damping.
+    pub damping: Option<Damping>,
     /// Where the data allow less than one might think.
     pub warnings: Vec<String>,
+}
+
+/// What measured damping ratios say.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Damping {
+    /// In one sentence.
+    pub sentence: String,
+    /// Laws of damping by descending probability, in the columns of hypotheses.
+    pub laws: Vec<Hypothesis>,
+    /// The ratios.
+    pub modes: Vec<DampedMode>,
+}
+
+/// A mode with a measured damping ratio.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct DampedMode {
+    /// Its number, from 1.
+    pub mode: u64,
+    /// Measured frequency, Hz.
+    pub frequency_hz: f64,
+    /// Measured ratio.
+    pub ratio: f64,
+    /// Standard deviation of `ratio`.
+    pub sd: f64,
+    /// By the most probable law.
+    pub by_law: f64,
 }
 
 /// What a hypothesis acts on.

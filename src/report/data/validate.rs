@@ -271,6 +271,9 @@ fn validate_diagnosis(path: &str, d: &Diagnosis, s: &Structure) -> Result<(), Re
     for (i, h) in d.hypotheses.iter().enumerate() {
         place(&format!("{path}.hypotheses[{i}].place"), &h.place, s)?;
     }
+    for (i, law) in d.damping.iter().flat_map(|d| &d.laws).enumerate() {
+        place(&format!("{path}.damping.laws[{i}].place"), &law.place, s)?;
+    }
     for (i, m) in d.next_measurements.iter().enumerate() {
         if let Some(p) = &m.place {
             place(&format!("{path}.next_measurements[{i}].place"), p, s)?;

@@ -3,7 +3,7 @@
 use super::{Align, Cell, Style, Table, Tone, bar, brief, broken, chance, number, printable, wrap};
 use crate::correlation::odds;
 use crate::effect::{Effect, Effects};
-use crate::report::data::{Category, Diagnosis, Estimate, Hypothesis, Outcome, Steps};
+use crate::report::data::{Category, Damping, Diagnosis, Estimate, Hypothesis, Outcome, Steps};
 use std::fmt::Write as _;
 use unicode_width::UnicodeWidthStr;
 
@@ -110,6 +110,11 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         }
         out.push_str(&table.render(style));
     }
+    if let Some(found) = &d.damping {
+        let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "damping, which the model does not have"));
+        paragraph(&mut out, &found.sentence, style);
+        out.push_str(&laws(found, style));
+    }
     if !d.warnings.is_empty() {
         out.push('\n');
     }
@@ -117,6 +122,24 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         paragraph(&mut out, &format!("note: {warning}"), style);
     }
     out
+}
+
+/// The first laws of damping that are not hopeless.
+fn laws(found: &Damping, style: &Style) -> String {
+    /// Laws of less are not shown.
+    const HOPELESS: f64 = 0.01;
+    let columns = [("P", Align::Right), ("ln B", Align::Right), ("misfit", Align::Right), ("law", Align::Left)];
+    let mut table = Table::new(columns).wrapping_last();
+    for law in found.laws.iter().filter(|l| l.probability.is_some_and(|p| p >= HOPELESS)) {
+        let words: Vec<String> = law.estimates.iter().map(estimate).collect();
+        table.row([
+            Cell::new(law.probability.map_or_else(|| "–".into(), chance), Tone::Strong),
+            law.log_bayes_factor.map_or_else(String::new, |b| format!("{b:.1}")).into(),
+            law.misfit_after.map_or_else(String::new, number).into(),
+            words.join("; ").into(),
+        ]);
+    }
+    table.render(style)
 }
 
 fn paragraph(out: &mut String, text: &str, style: &Style) {

@@ -1810,6 +1810,10 @@ export interface Diagnosis {
    */
   remainder_place: Place | null;
   /**
+   * What measured damping ratios say, where the model has no damping.
+   */
+  damping: Damping | null;
+  /**
    * Where the data allow less than one might think.
    */
   warnings: string[];
@@ -1935,4 +1939,46 @@ export interface Measurement {
    * Where.
    */
   place: Place | null;
+}
+/**
+ * What measured damping ratios say.
+ */
+export interface Damping {
+  /**
+   * In one sentence.
+   */
+  sentence: string;
+  /**
+   * Laws of damping by descending probability, in the columns of hypotheses.
+   */
+  laws: Hypothesis[];
+  /**
+   * The ratios.
+   */
+  modes: DampedMode[];
+}
+/**
+ * A mode with a measured damping ratio.
+ */
+export interface DampedMode {
+  /**
+   * Its number, from 1.
+   */
+  mode: number;
+  /**
+   * Measured frequency, Hz.
+   */
+  frequency_hz: number;
+  /**
+   * Measured ratio.
+   */
+  ratio: number;
+  /**
+   * Standard deviation of `ratio`.
+   */
+  sd: number;
+  /**
+   * By the most probable law.
+   */
+  by_law: number;
 }

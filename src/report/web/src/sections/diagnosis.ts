@@ -1,9 +1,9 @@
 /** What is missing, where it sits, how sure that is, and what else it could be. */
 
-import { badge, card, choice, h, num, soft, type Child } from "../dom";
+import { badge, card, choice, h, num, soft, table, type Child } from "../dom";
 import { fixed, probability, quoted, shorten, significant } from "../format";
 import { makeViewer } from "../viewer";
-import type { Diagnosis, Hypothesis, Place, Structure } from "../types";
+import type { Damping, Diagnosis, Estimate, Hypothesis, Place, Structure } from "../types";
 
 const OUTCOMES = {
   "adequate": ["good", "the model explains the test"], "missing-effect": ["warning", "a missing effect is found"],
@@ -41,6 +41,21 @@ function copyButton(text: string): HTMLElement {
 
 function evidence(title: string, list: string[], sign: string): HTMLElement | null {
   return list.length ? h("div", { class: "evidence" }, h("h5", {}, title), h("ul", {}, list.map((e) => h("li", {}, h("span", { class: "sign", "aria-hidden": "true" }, sign), e)))) : null;
+}
+
+/** What measured damping ratios say of a model that has no damping. */
+function damping(d: Damping, path: string): HTMLElement {
+  const size = (e: Estimate): string =>
+    `${e.quantity} ${significant(e.value, 3)}${e.unit ? ` ${e.unit}` : ""}${e.interval ? ` (${e.interval.map((v) => significant(v, 3)).join(" … ")})` : ""}`;
+  const percent = (v: number): string => `${significant(100 * v, 3)} %`;
+  return card("Damping", "the model has none; the ratios are read at the fitted model, and what they say changes nothing above", h("p", {}, d.sentence),
+    table("Laws of damping", [{ head: "P", numeric: true }, { head: "ln B", numeric: true }, { head: "Misfit", numeric: true }, { head: "Law" }],
+      d.laws.map((l, i) => [l.probability == null ? "" : num(probability(l.probability), `${path}.laws.${i}.probability`),
+        l.log_bayes_factor == null ? "" : num(fixed(l.log_bayes_factor, 1), `${path}.laws.${i}.log_bayes_factor`),
+        l.misfit_after == null ? "" : num(significant(l.misfit_after, 3), `${path}.laws.${i}.misfit_after`), l.estimates.map(size).join("; ")])),
+    table("Damping ratios", [{ head: "#", numeric: true }, { head: "Hz", numeric: true }, { head: "Test", numeric: true }, { head: "± sd", numeric: true }, { head: "By the law", numeric: true }],
+      d.modes.map((m, i) => [String(m.mode), num(significant(m.frequency_hz, 4), `${path}.modes.${i}.frequency_hz`), num(percent(m.ratio), `${path}.modes.${i}.ratio`),
+        num(percent(m.sd), `${path}.modes.${i}.sd`), num(percent(m.by_law), `${path}.modes.${i}.by_law`)])));
 }
 
 /** The diagnoses of all steps, the last one open; what the head of the page has said is not said again. */
@@ -165,6 +180,7 @@ function diagnosisSection(d: Diagnosis, s: Structure | undefined, root: string, 
     detail,
     d.remainder ? card("What remains", null, h("p", {}, d.remainder),
       d.remainder_place && viewer ? h("button", { type: "button", class: "link", onclick: () => showPlace(d.remainder_place!, `the remainder: ${d.remainder_place!.text}`) }, "show the place") : null) : null,
+    d.damping ? damping(d.damping, `${root}.damping`) : null,
     next);
   select(0);
   return section;
