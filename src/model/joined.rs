@@ -39,8 +39,12 @@ impl Joined {
             let nodes: Vec<usize> = link.nodes().filter_map(index).collect();
             joined.join(&nodes);
         }
-        for node in model.spec().ties.values().flat_map(|t| &t.nodes).filter_map(index) {
-            joined.join(&[&[node], &model.dof_map().led_by(node)[..]].concat());
+        // Ties, and the points on the leading side of their springs.
+        for node in 0..n {
+            let leading = model.dof_map().led_by(node);
+            if !leading.is_empty() {
+                joined.join(&[&[node], &leading[..]].concat());
+            }
         }
         for constraint in model.spec().constraints.values() {
             let nodes: Vec<usize> = constraint.terms.iter().filter_map(|t| index(&t.node)).collect();

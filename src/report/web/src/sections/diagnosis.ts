@@ -53,9 +53,9 @@ function damping(d: Damping, path: string): HTMLElement {
       d.laws.map((l, i) => [l.probability == null ? "" : num(probability(l.probability), `${path}.laws.${i}.probability`),
         l.log_bayes_factor == null ? "" : num(fixed(l.log_bayes_factor, 1), `${path}.laws.${i}.log_bayes_factor`),
         l.misfit_after == null ? "" : num(significant(l.misfit_after, 3), `${path}.laws.${i}.misfit_after`), l.estimates.map(size).join("; ")])),
-    table("Damping ratios", [{ head: "#", numeric: true }, { head: "Hz", numeric: true }, { head: "Test", numeric: true }, { head: "± sd", numeric: true }, { head: "By the law", numeric: true }],
+    table("Damping ratios", [{ head: "#", numeric: true }, { head: "Hz", numeric: true }, { head: "Test", numeric: true }, { head: "± sd", numeric: true }, { head: "By the law", numeric: true }, { head: "" }],
       d.modes.map((m, i) => [String(m.mode), num(significant(m.frequency_hz, 4), `${path}.modes.${i}.frequency_hz`), num(percent(m.ratio), `${path}.modes.${i}.ratio`),
-        num(percent(m.sd), `${path}.modes.${i}.sd`), num(percent(m.by_law), `${path}.modes.${i}.by_law`)])));
+        num(percent(m.sd), `${path}.modes.${i}.sd`), num(percent(m.by_law), `${path}.modes.${i}.by_law`), ""])));
 }
 
 /** The diagnoses of all steps, the last one open; what the head of the page has said is not said again. */
