@@ -332,13 +332,13 @@ fn solids_have_grids_on_some_of_their_edges() {
         let mut grids: Vec<String> = (1..=8).map(|i| i.to_string()).collect();
         for (i, [a, b]) in edges.into_iter().enumerate() {
             if middles(i) {
-                let at: Vec<String> = (0..3).map(|k| format!("{:?}", f64::from(corners[a][k] + corners[b][k]) / 2.0)).collect();
+                let at: Vec<String> =
+                    (0..3).map(|k| format!("{:?}", f64::from(corners[a][k] + corners[b][k]) / 2.0)).collect();
                 text += &format!("GRID,{},,{}\n", 11 + i, at.join(","));
             }
             grids.push(if middles(i) { (11 + i).to_string() } else { String::new() });
         }
-        let lines: Vec<String> =
-            [&grids[..6], &grids[6..14], &grids[14..]].iter().map(|part| part.join(",")).collect();
+        let lines: Vec<String> = [&grids[..6], &grids[6..14], &grids[14..]].iter().map(|part| part.join(",")).collect();
         text + &format!("CHEXA,1,1,{}\n,{}\n,{}\nSPC1,1,123,1,4,5,8\nENDDATA\n", lines[0], lines[1], lines[2])
     };
     let along = |i: usize| matches!(i, 0 | 2 | 8 | 10);

@@ -15,10 +15,10 @@
 //! # Source
 //! S. Adhikari, Damping models for structural vibration, 2000; M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995.
 
-use super::answer::Investigation;
 use super::error::DiagnosisError;
 use super::problem::evidence::ln_sum;
 use super::problem::scene::{Case, Scene};
+use super::screen::stage::Stage;
 use super::thresholds::NINETY;
 use crate::effect::Candidate;
 use crate::linalg::{DMatrix, DVector};
@@ -134,21 +134,21 @@ type Law<'a> = Vec<&'a Term>;
 ///
 /// # Errors
 /// The model cannot be solved at its fit.
-pub(super) fn read(found: &Investigation) -> Result<Option<DampingReading>, DiagnosisError> {
-    let scene = &found.base.scene;
+pub(super) fn read(base: &Stage) -> Result<Option<DampingReading>, DiagnosisError> {
+    let scene = &base.scene;
     if scene.is_damped {
         return Ok(None);
     }
-    let modes = modes(scene, &found.base.fit.theta)?;
+    let modes = modes(scene, &base.fit.theta)?;
     if modes.len() < FEWEST {
         return Ok(None);
     }
-    let damps = found.base.screened.iter().map(|s| &s.candidate).filter(|c| c.effect.damps());
+    let damps = base.screened.iter().map(|s| &s.candidate).filter(|c| c.effect.damps());
     let mut candidates: Vec<Candidate> = damps.cloned().collect();
     // Of what is alike the whole structure is named, then pairs before their partners.
     candidates.sort_by_key(|c| !c.location.names.is_empty());
     scene.place(&candidates);
-    let theta = &found.base.fit.theta;
+    let theta = &base.fit.theta;
     let placed = told_apart(candidates.par_iter().filter_map(|c| term(scene, theta, &modes, c)).collect());
     let constant = Term {
         id: "constant".into(),

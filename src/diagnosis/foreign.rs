@@ -7,8 +7,8 @@
 //! after: what they name may give the mode its partner. Where the best of that search gives such modes their partners and does not explain
 //! everything, several things are wrong, and these modes stay.
 
-use super::damping;
 use super::answer::{Investigation, investigate_these};
+use super::damping;
 use super::error::DiagnosisError;
 use super::problem::evidence::degrees_of_freedom;
 use super::problem::scene::Scene;
@@ -246,7 +246,7 @@ pub(super) fn investigate(
     let (work, before) = (scene.work.clone(), scene.work.so_far());
     let mut found = with_modes_of_the_structure(scene, starts, weight, settings)?;
     if !settings.until.is_over() {
-        found.diagnosis.damping = damping::read(&found)?;
+        found.diagnosis.damping = damping::read(&found.base)?;
     }
     found.diagnosis.work = work.so_far().since(before);
     if settings.until.was_cut() {

@@ -183,7 +183,10 @@ fn decks_are_meshes_with_their_sets() {
     for (text, message) in [
         (KEYWORDS.replace("S4R", "S4Q9"), None),
         (KEYWORDS.replace("TYPE=S4R", "TYPE=Q4"), Some("line 14: *ELEMENT: no element of the type `Q4` is known")),
-        (KEYWORDS.replace("5, 2, 11, 12, 3", "5, 2, 11, 12, 33"), Some("line 15: *ELEMENT, field 5 (node): there is no node 33")),
+        (
+            KEYWORDS.replace("5, 2, 11, 12, 3", "5, 2, 11, 12, 33"),
+            Some("line 15: *ELEMENT, field 5 (node): there is no node 33"),
+        ),
         (KEYWORDS.replace("\nquad", "\nquat"), Some("there is no set `quat` above")),
         (KEYWORDS.replace("*HEADING\nsquares", "*INCLUDE, INPUT=other.inp"), Some("other.inp")),
         (bulk.replace("GRID,12,", "GRID,12,3"), Some("grids in axes of their own are read by `retune import`")),

@@ -21,7 +21,7 @@ pub struct Auto {
     pub starts: usize,
     /// Starts before they may end early because further optima are improbable.
     pub fewest: usize,
-    /// Evaluations of the global search at most; 0 for none.
+    /// Evaluations of the global search at most, and at most 200 a parameter; 0 for none.
     pub insurance: u64,
 }
 
@@ -47,6 +47,9 @@ nor a norm or a constraint that its residuals express, nelder-mead refines the b
 
 /// Relative deviation of the cost from ½ rᵀr that rounding explains.
 const ROUNDING: f64 = 1e-9;
+/// Evaluations of the global search for each parameter: it needs about a hundred to converge along one (Hansen, section 5), and what it would do
+/// beyond that, with few parameters, it does at one place.
+const INSURANCE_EACH: u64 = 200;
 /// A cost below this is nothing (sums of squares in units of standard deviations).
 const NO_COST: f64 = 1e-8;
 
@@ -91,7 +94,8 @@ impl Auto {
 
         if self.insurance > 0 && !termination.ends_the_run() {
             let known = run.best().map_or(f64::INFINITY, |(_, cost)| cost);
-            let share = run.remaining().map_or(self.insurance, |n| self.insurance.min(n / 2));
+            let most = self.insurance.min(INSURANCE_EACH.saturating_mul(start.len() as u64));
+            let share = run.remaining().map_or(most, |n| most.min(n / 2));
             let found = run.within(share, |run| CmaEs::default().minimize(start, run));
             if let Some(insured) = report.add(found, &mut termination)?
                 && !termination.ends_the_run()

@@ -21,7 +21,9 @@ mod update;
 mod validate;
 
 pub use comparison::{Band, Channel, Comparison, Frfs, LabelledMatrix, ModelMode, Modes, Pair, TestMode};
-pub use diagnosis::{Category, DampedMode, Damping, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Place};
+pub use diagnosis::{
+    Category, DampedMode, Damping, Diagnosis, Estimate, Hypothesis, Level, Measurement, Outcome, Place,
+};
 pub(crate) use encoding::base64 as encoding_base64;
 #[cfg(test)]
 pub(crate) use encoding::from_base64;

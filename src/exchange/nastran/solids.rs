@@ -42,23 +42,7 @@ fn edges(name: &str) -> (usize, &'static [[usize; 2]]) {
         "CTETRA" => (4, &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
         "CPYRAM" => (5, &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]]),
         "CPENTA" => (6, &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5], [3, 4], [4, 5], [5, 3]]),
-        _ => (
-            8,
-            &[
-                [0, 1],
-                [1, 2],
-                [2, 3],
-                [3, 0],
-                [0, 4],
-                [1, 5],
-                [2, 6],
-                [3, 7],
-                [4, 5],
-                [5, 6],
-                [6, 7],
-                [7, 4],
-            ],
-        ),
+        _ => (8, &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 5], [2, 6], [3, 7], [4, 5], [5, 6], [6, 7], [7, 4]]),
     }
 }
 
@@ -115,7 +99,9 @@ fn solid<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     let property = importer.property(card, 3, &["PSOLID"])?;
     let (grids, points) = nodes(importer, card)?;
     let Some((kind, order)) = order(card.name(), grids.len()) else {
-        return Err(card.error(Some((4, "G1")), format_args!("{} grids are given; all corners are expected", grids.len())));
+        return Err(
+            card.error(Some((4, "G1")), format_args!("{} grids are given; all corners are expected", grids.len()))
+        );
     };
     let material = importer.material(&property, 3, &["MAT1", "MAT9", "MAT11"])?;
     let is_directed = material.name() != "MAT1";

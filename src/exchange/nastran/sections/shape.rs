@@ -215,10 +215,7 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
             let parts = [[w, t, -0.5 * (web + t), 0.0], [tw, web, 0.0, -0.5 * f], [w, t, 0.5 * (web + t), 0.0]];
             solid = parts.to_vec();
             let middle = 0.5 * (web + t);
-            way = bent(
-                [[0.5 * w, middle], [-0.5 * f, middle], [-0.5 * f, -middle], [0.5 * w, -middle]],
-                [t, tw, t],
-            );
+            way = bent([[0.5 * w, middle], [-0.5 * f, middle], [-0.5 * f, -middle], [0.5 * w, -middle]], [t, tw, t]);
             let area = composed(&parts)[0];
             let j = (2.0 * (w - 0.5 * tw) * t.powi(3) + (h - t) * tw.powi(3)) / 3.0;
             (composed(&parts), j, [tw * web / area, 2.0 * t * f / area])
