@@ -116,6 +116,9 @@ struct Pass {
 
 impl Pass {
     fn run(mut self, deck: &KeywordDeck) -> Result<Mesh, DeckError> {
+        if let Some(second) = deck.keywords().filter(|k| k.name() == "PART").nth(1) {
+            return Err(second.error("a deck of several parts is no mesh; `retune import` reads it"));
+        }
         // Sets name what stands below them.
         for k in deck.keywords().filter(|k| k.name() == "NODE") {
             self.node(&k)?;

@@ -24,12 +24,14 @@ impl MeshReader for Nastran {
     }
 
     fn recognises(&self, bytes: &[u8]) -> bool {
-        // A name that stands on almost every deck, at the beginning of a line.
+        // What stands on almost every deck, at the beginning of a line.
         let head = &bytes[..bytes.len().min(1 << 20)];
-        let begins = |line: &[u8]| {
-            let word = line.get(..4).unwrap_or_default();
-            word.eq_ignore_ascii_case(b"GRID") && line.get(4).is_some_and(|c| b" *,".contains(c))
+        let is = |line: &[u8], word: &[u8]| {
+            let rest = line.get(word.len()..).unwrap_or_default();
+            line.get(..word.len()).is_some_and(|w| w.eq_ignore_ascii_case(word))
+                && rest.first().is_none_or(|c| b" *,\t\r".contains(c))
         };
+        let begins = |line: &[u8]| [&b"GRID"[..], b"CEND", b"BEGIN BULK", b"SOL"].iter().any(|word| is(line, word));
         head.split(|c| *c == b'\n').any(begins)
     }
 

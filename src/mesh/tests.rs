@@ -187,6 +187,10 @@ fn decks_are_meshes_with_their_sets() {
             KEYWORDS.replace("5, 2, 11, 12, 3", "5, 2, 11, 12, 33"),
             Some("line 15: *ELEMENT, field 5 (node): there is no node 33"),
         ),
+        (
+            KEYWORDS.replace("*ELEMENT, TYPE=MASS", "*PART, NAME=a\n*PART, NAME=b\n*ELEMENT, TYPE=MASS"),
+            Some("line 17: *PART: a deck of several parts is no mesh"),
+        ),
         (KEYWORDS.replace("\nquad", "\nquat"), Some("there is no set `quat` above")),
         (KEYWORDS.replace("*HEADING\nsquares", "*INCLUDE, INPUT=other.inp"), Some("other.inp")),
         (bulk.replace("GRID,12,", "GRID,12,3"), Some("grids in axes of their own are read by `retune import`")),

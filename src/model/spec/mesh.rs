@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSpec {
-    /// The file, relative to the model file: MSH of gmsh, version 4.1 or 2.2.
+    /// The file, relative to the model file: MSH of gmsh, version 4.1 or 2.2, or a deck of Abaqus, CalculiX or Nastran in one file.
     pub file: String,
     /// Unit of its coordinates: `m`, `mm`, `in`.
     pub units: String,

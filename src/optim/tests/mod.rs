@@ -123,24 +123,25 @@ fn a_kinked_cost_is_polished_to_nine_digits() {
 #[test]
 fn snapshot_evaluation_counts() {
     let pinned: [(&str, [[u64; 2]; 8]); 6] = [
-        ("linear least squares", [[2041, 26], [4720, 0], [4476, 0], [492, 0], [4, 3], [2353, 0], [39, 24], [2157, 0]]),
-        ("Rosenbrock", [[2125, 93], [5160, 0], [6121, 0], [572, 0], [24, 18], [3061, 0], [104, 80], [2367, 0]]),
-        ("active bounds", [[2042, 29], [9160, 0], [4619, 0], [814, 0], [4, 3], [7113, 0], [39, 24], [2440, 0]]),
-        ("rank deficient", [[2041, 26], [2920, 0], [3476, 0], [372, 0], [4, 3], [2369, 0], [39, 24], [2027, 0]]),
-        ("infeasible region", [[2120, 86], [5200, 0], [6401, 0], [573, 0], [11, 9], [2479, 0], [107, 79], [2416, 0]]),
-        ("two minima", [[2194, 137], [2520, 0], [3611, 0], [208, 0], [7, 6], [1795, 0], [127, 87], [1992, 0]]),
+        ("linear least squares", [[841, 27], [4720, 0], [4476, 0], [492, 0], [4, 3], [2353, 0], [39, 24], [2157, 0]]),
+        ("Rosenbrock", [[534, 100], [5160, 0], [6121, 0], [572, 0], [24, 18], [3061, 0], [104, 80], [2367, 0]]),
+        ("active bounds", [[1042, 29], [9160, 0], [4619, 0], [814, 0], [4, 3], [7113, 0], [39, 24], [2440, 0]]),
+        ("rank deficient", [[841, 26], [2920, 0], [3476, 0], [372, 0], [4, 3], [2369, 0], [39, 24], [2027, 0]]),
+        ("infeasible region", [[523, 89], [5200, 0], [6401, 0], [573, 0], [11, 9], [2479, 0], [107, 79], [2416, 0]]),
+        ("two minima", [[594, 138], [2520, 0], [3611, 0], [208, 0], [7, 6], [1795, 0], [127, 87], [1992, 0]]),
     ];
+    let mut wrong = Vec::new();
     for (problem, (name, counts)) in problems::all().iter().zip(pinned) {
         assert_eq!(problem.name, name);
         let found: Vec<[u64; 2]> =
             methods().iter().map(|m| minimize(m, problem, 1)).map(|o| [o.evaluations, o.linearizations]).collect();
-        for ((found, expected), method) in found.iter().flatten().zip(counts.iter().flatten()).zip(methods()) {
-            assert!(found.abs_diff(*expected) * 10 <= *expected, "{name}, {}: {found}, not {expected}", method.name());
-        }
-        if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-            assert_eq!(found, counts, "{name}");
+        let is_near = |(found, expected): (&u64, &u64)| found.abs_diff(*expected) * 10 <= *expected;
+        let is_here = cfg!(all(target_os = "linux", target_arch = "x86_64"));
+        if !found.iter().flatten().zip(counts.iter().flatten()).all(is_near) || (is_here && found != counts) {
+            wrong.push(format!("{name}: {found:?}, not {counts:?}"));
         }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]
