@@ -21,7 +21,7 @@ use super::problem::scene::{Case, Scene};
 use super::screen::stage::Stage;
 use super::thresholds::NINETY;
 use crate::effect::Candidate;
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::DMatrix;
 use crate::model::ParametricModel;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -100,15 +100,29 @@ pub struct DampedMode {
     pub by_law: f64,
 }
 
+impl DampingTerm {
+    /// Whether it is one ratio for all modes, and no effect.
+    pub fn is_ratio(&self) -> bool {
+        self.id == CONSTANT
+    }
+}
+
+/// Id of one ratio for all modes.
+const CONSTANT: &str = "constant";
+
 /// A paired mode with a ratio.
 struct Mode {
-    case: usize,
     number: usize,
     frequency_hz: f64,
     ratio: f64,
     sd: f64,
     omega: f64,
-    shape: DVector<f64>,
+}
+
+/// Paired modes of all tests, and their shapes on the rows of the model, test by test.
+struct Seen {
+    modes: Vec<Mode>,
+    shapes: Vec<DMatrix<f64>>,
 }
 
 /// Something that damps: its part of each ratio at a size, over the mean of all.
@@ -139,19 +153,23 @@ pub(super) fn read(base: &Stage) -> Result<Option<DampingReading>, DiagnosisErro
     if scene.is_damped {
         return Ok(None);
     }
-    let modes = modes(scene, &base.fit.theta)?;
+    let theta = &base.fit.theta;
+    let seen = seen(scene, theta)?;
+    let modes = &seen.modes;
     if modes.len() < FEWEST {
         return Ok(None);
     }
+    let laws_of_whole =
+        [|omega: f64| omega, f64::recip].map(|law| over_mean(modes.iter().map(|m| law(m.omega)).collect()).1);
     let damps = base.screened.iter().map(|s| &s.candidate).filter(|c| c.effect.damps());
     let mut candidates: Vec<Candidate> = damps.cloned().collect();
     // Of what is alike the whole structure is named, then pairs before their partners.
     candidates.sort_by_key(|c| !c.location.names.is_empty());
     scene.place(&candidates);
-    let theta = &base.fit.theta;
-    let placed = told_apart(candidates.par_iter().filter_map(|c| term(scene, theta, &modes, c)).collect());
+    let placed = candidates.par_iter().filter_map(|c| term(scene, theta, &seen, &laws_of_whole, c)).collect();
+    let placed = told_apart(placed);
     let constant = Term {
-        id: "constant".into(),
+        id: CONSTANT.into(),
         a: vec![1.0; modes.len()],
         size: 1.0,
         unit: String::new(),
@@ -160,7 +178,7 @@ pub(super) fn read(base: &Stage) -> Result<Option<DampingReading>, DiagnosisErro
     };
     let (laws, ln_priors) = laws(&constant, &placed);
     let y: Vec<f64> = modes.iter().map(|m| m.ratio).collect();
-    let tried: Vec<Tried> = laws.par_iter().map(|law| Tried::new(law, &modes, &y)).collect();
+    let tried: Vec<Tried> = laws.par_iter().map(|law| Tried::new(law, modes, &y)).collect();
     let posterior: Vec<f64> = tried.iter().zip(&ln_priors).map(|(t, p)| t.ln_z + p).collect();
     let total = ln_sum(&posterior);
     let mut order: Vec<usize> = (0..laws.len()).collect();
@@ -180,77 +198,67 @@ pub(super) fn read(base: &Stage) -> Result<Option<DampingReading>, DiagnosisErro
         sd: m.sd,
         by_law: laws[best].iter().zip(&tried[best].t).map(|(term, t)| t * term.a[i]).sum(),
     });
-    let mut reading = DampingReading {
-        sentence: String::new(),
-        scatter: tried[best].scatter,
-        laws: order.iter().take(LISTED).map(law).collect(),
-        modes: by_law.collect(),
-    };
-    reading.sentence = sentence(&reading);
-    Ok(Some(reading))
+    let scatter = tried[best].scatter;
+    let laws: Vec<DampingLaw> = order.iter().take(LISTED).map(law).collect();
+    let sentence = sentence(&laws, scatter, modes.len());
+    Ok(Some(DampingReading { sentence, scatter, laws, modes: by_law.collect() }))
 }
 
-/// Paired modes with ratios.
-fn modes(scene: &Scene, theta: &[f64]) -> Result<Vec<Mode>, DiagnosisError> {
-    let mut out = Vec::new();
-    for (k, (case, comparison)) in scene.cases.iter().zip(scene.comparisons()?).enumerate() {
+fn seen(scene: &Scene, theta: &[f64]) -> Result<Seen, DiagnosisError> {
+    let (mut modes, mut shapes) = (Vec::new(), Vec::new());
+    for (case, comparison) in scene.cases.iter().zip(scene.comparisons()?) {
         let prediction = comparison.predict(theta)?;
+        let mut columns = Vec::new();
         for (m, mode) in case.test.modes.iter().enumerate() {
             let (Some(ratio), Some(elastic)) = (&mode.damping_ratio, prediction.partner(m)) else { continue };
             let column = prediction.modes.n_rigid + elastic;
-            let shape = prediction.modes.shapes.columns(column, 1).into_owned();
-            let shape = case.stand_in.as_ref().map_or_else(|| shape.clone(), |s| s.expanded(&shape));
-            out.push(Mode {
-                case: k,
-                number: case.first_mode + m,
-                frequency_hz: mode.frequency_hz.value,
-                ratio: ratio.value,
-                sd: ratio.sd,
-                omega: prediction.modes.lambda[column].max(0.0).sqrt(),
-                shape: shape.column(0).into_owned(),
-            });
+            let omega = prediction.modes.lambda[column].max(0.0).sqrt();
+            if omega > 0.0 && ratio.sd > 0.0 {
+                columns.push(column);
+                let (number, frequency_hz) = (case.first_mode + m, mode.frequency_hz.value);
+                modes.push(Mode { number, frequency_hz, ratio: ratio.value, sd: ratio.sd, omega });
+            }
         }
+        let own = prediction.modes.shapes.select_columns(&columns);
+        shapes.push(match &case.stand_in {
+            Some(stand_in) => stand_in.expanded(&own),
+            None => own,
+        });
     }
-    out.retain(|m| m.omega > 0.0 && m.sd > 0.0);
-    Ok(out)
+    Ok(Seen { modes, shapes })
+}
+
+/// The mean of some values, and the values over it.
+fn over_mean(mut values: Vec<f64>) -> (f64, Vec<f64>) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    for value in &mut values {
+        *value /= mean;
+    }
+    (mean, values)
 }
 
 /// A placed effect at its typical size; nothing where it damps none of these modes.
-fn term(scene: &Scene, theta: &[f64], modes: &[Mode], candidate: &Candidate) -> Option<Term> {
+///
+/// * `of_whole` - shares of the modes where the stiffness or the mass of the whole structure damps
+fn term(scene: &Scene, theta: &[f64], seen: &Seen, of_whole: &[Vec<f64>; 2], candidate: &Candidate) -> Option<Term> {
     let [parameter] = candidate.parameters.as_slice() else { return None };
     let sizes = candidate.typical();
-    let of = |case: &Case| {
-        let change = scene.change(case, candidate)?;
-        let own = theta.get(..case.model.parameters().len())?;
-        let shapes: Vec<DVector<f64>> = modes
-            .iter()
-            .filter(|m| std::ptr::eq(case, &raw const scene.cases[m.case]))
-            .map(|m| m.shape.clone())
-            .collect();
-        if shapes.is_empty() {
+    let of = |(case, shapes): (&Case, &DMatrix<f64>)| {
+        if shapes.ncols() == 0 {
             return Some(Vec::new());
         }
-        change.damping_of(own, &sizes, &DMatrix::from_columns(&shapes)).ok()
+        let own = theta.get(..case.model.parameters().len())?;
+        scene.change(case, candidate)?.damping_of(own, &sizes, shapes).ok()
     };
-    let work: Vec<f64> = scene.cases.iter().map(of).collect::<Option<Vec<_>>>()?.concat();
-    let raw: Vec<f64> = work.iter().zip(modes).map(|(c, m)| c / (2.0 * m.omega)).collect();
-    let mean = raw.iter().sum::<f64>() / raw.len() as f64;
-    let omegas: Vec<f64> = modes.iter().map(|m| m.omega).collect();
-    let inverse: Vec<f64> = omegas.iter().map(|o| o.recip()).collect();
-    (mean.is_finite() && mean > 0.0).then(|| {
-        let a: Vec<f64> = raw.iter().map(|v| v / mean).collect();
-        let follows = |law: &[f64]| {
-            let mean = law.iter().sum::<f64>() / law.len() as f64;
-            is_same(&a, &law.iter().map(|v| v / mean).collect::<Vec<_>>())
-        };
-        Term {
-            id: candidate.id(),
-            is_whole: candidate.location.names.is_empty() || follows(&omegas) || follows(&inverse),
-            a,
-            size: (parameter.typical - parameter.neutral) / mean,
-            unit: parameter.unit.clone(),
-            alike: Vec::new(),
-        }
+    let work: Vec<f64> = scene.cases.iter().zip(&seen.shapes).map(of).collect::<Option<Vec<_>>>()?.concat();
+    let (mean, a) = over_mean(work.iter().zip(&seen.modes).map(|(c, m)| c / (2.0 * m.omega)).collect());
+    (mean.is_finite() && mean > 0.0).then(|| Term {
+        id: candidate.id(),
+        is_whole: candidate.location.names.is_empty() || of_whole.iter().any(|law| is_same(&a, law)),
+        a,
+        size: (parameter.typical - parameter.neutral) / mean,
+        unit: parameter.unit.clone(),
+        alike: Vec::new(),
     })
 }
 
@@ -334,8 +342,8 @@ impl Tried {
     }
 }
 
-/// Mean and variance of the last term, the others none, with its prior; not cut at zero.
-fn last(y: &[f64], w: &[f64], a: &[f64]) -> (f64, f64) {
+/// Mean and variance of the size of one term with its prior, not cut at zero.
+fn uncut(y: &[f64], w: &[f64], a: &[f64]) -> (f64, f64) {
     let square: f64 = a.iter().zip(w).map(|(a, w)| a * a * w).sum();
     let along: f64 = a.iter().zip(w).zip(y).map(|((a, w), y)| a * w * y).sum();
     let variance = (square + TYPICAL_RATIO.powi(-2)).recip();
@@ -346,7 +354,7 @@ fn last(y: &[f64], w: &[f64], a: &[f64]) -> (f64, f64) {
 fn ln_evidence(y: &[f64], w: &[f64], a: &[&[f64]]) -> f64 {
     match a {
         [one] => {
-            let (mean, variance) = last(y, w, one);
+            let (mean, variance) = uncut(y, w, one);
             let (sd, normal) = (variance.sqrt(), Normal::standard());
             // Far below zero the share of the positive side is too small for a number.
             let share = normal.cdf(mean / sd).max(1e-300);
@@ -385,7 +393,7 @@ fn ln_evidence(y: &[f64], w: &[f64], a: &[&[f64]]) -> f64 {
 /// zero.
 fn estimate(y: &[f64], w: &[f64], a: &[&[f64]]) -> (Vec<f64>, Vec<f64>) {
     let alone = |k: usize| {
-        let (mean, variance) = last(y, w, a[k]);
+        let (mean, variance) = uncut(y, w, a[k]);
         (mean.max(0.0), variance.sqrt())
     };
     let [one, other] = a else {
@@ -413,22 +421,22 @@ fn estimate(y: &[f64], w: &[f64], a: &[&[f64]]) -> (Vec<f64>, Vec<f64>) {
     }
 }
 
-fn sentence(reading: &DampingReading) -> String {
-    let [best, ..] = reading.laws.as_slice() else { return String::new() };
+fn sentence(laws: &[DampingLaw], scatter: f64, n: usize) -> String {
+    let [best, ..] = laws else { return String::new() };
     let per_cent = |v: f64| format!("{:.2} %", 100.0 * v);
-    let about = if reading.scatter > 0.0 {
-        format!("; the ratios scatter about it by some {:.0} %, beside what the test states", 100.0 * reading.scatter)
+    let about = if scatter > 0.0 {
+        format!("; the ratios scatter about it by some {:.0} %, beside what the test states", 100.0 * scatter)
     } else {
         String::new()
     };
     let what = match best.terms.as_slice() {
-        [only] if only.id == "constant" => {
+        [only] if only.is_ratio() => {
             let [low, high] = only.interval.map(per_cent);
             format!("one ratio of {} ({low} ... {high}) for all modes", per_cent(only.value))
         }
         terms => {
             let term = |t: &DampingTerm| {
-                let name = if t.id == "constant" { "one ratio for all modes" } else { &t.id };
+                let name = if t.is_ratio() { "one ratio for all modes" } else { &t.id };
                 let or = match t.alike.as_slice() {
                     [] => String::new(),
                     [other] => format!(" or {other}"),
@@ -439,11 +447,10 @@ fn sentence(reading: &DampingReading) -> String {
             terms.iter().map(term).collect::<Vec<_>>().join(" and ")
         }
     };
-    let n = reading.modes.len();
     if best.probability > 0.5 {
         format!("the {n} measured damping ratios speak for {what}{about}")
     } else {
-        let next = reading.laws.get(1).map_or_else(String::new, |l| format!("; {} comes next", l.id));
+        let next = laws.get(1).map_or_else(String::new, |l| format!("; {} comes next", l.id));
         format!(
             "the {n} measured damping ratios do not tell laws of damping apart: {what} is most probable{next}{about}"
         )
@@ -457,7 +464,7 @@ mod tests {
     fn mode(i: usize, ratio: f64, sd: f64) -> Mode {
         let frequency_hz = 10.0 * (i + 1) as f64;
         let omega = std::f64::consts::TAU * frequency_hz;
-        Mode { case: 0, number: i, frequency_hz, ratio, sd, omega, shape: DVector::zeros(1) }
+        Mode { number: i, frequency_hz, ratio, sd, omega }
     }
 
     fn term(id: &str, a: &[f64], is_whole: bool) -> Term {

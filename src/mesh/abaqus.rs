@@ -5,10 +5,10 @@
 
 use super::MeshReader;
 use super::cell::{Mesh, MeshNode, MeshSet, Shape};
-use super::cursor::MeshError;
+use super::cursor::{ALONE, MeshError, only_file};
 use crate::catalogue::did_you_mean;
 use crate::deck::{DataLine, DeckError, Keyword, KeywordDeck, is_keyword_deck, label};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 #[doc = "Decks of Abaqus and CalculiX."]
@@ -32,22 +32,8 @@ impl MeshReader for Abaqus {
     }
 
     fn read(&self, bytes: &[u8]) -> Result<Mesh, MeshError> {
-        let mut first = Some(bytes.to_vec());
-        let mut read = |_: &Path| {
-            first.take().ok_or_else(|| std::io::Error::other("a mesh is one file; `retune import` follows INCLUDE"))
-        };
-        let deck = KeywordDeck::read(Path::new("mesh"), &mut read)?;
-        Ok(Pass::default().run(&deck)?)
-    }
-}
-
-/// Without the name of the file, which the one who reads a mesh knows.
-impl From<DeckError> for MeshError {
-    fn from(e: DeckError) -> Self {
-        let place = if e.line > 0 { format!("line {}", e.line) } else { String::new() };
-        let field = e.field.map_or_else(String::new, |(n, name)| format!(", field {n} ({name})"));
-        let card = if e.card.is_empty() { String::new() } else { format!("{}{field}: ", e.card) };
-        Self { place, message: format!("{card}{}", e.message) }
+        let deck = KeywordDeck::read(Path::new(ALONE), &mut only_file(bytes))?;
+        Ok(Pass::new().run(&deck)?)
     }
 }
 
@@ -101,59 +87,78 @@ fn shape(name: &str) -> Result<Option<Shape>, String> {
     }))
 }
 
+/// What sets have as members.
 #[derive(Default)]
+struct Members {
+    /// In words.
+    what: &'static str,
+    /// Index of the node or the cell of a number.
+    index: BTreeMap<u32, usize>,
+    /// Numbers that are there and are left out of sets: of elements that are no cells.
+    others: BTreeSet<u32>,
+    sets: BTreeMap<String, Vec<usize>>,
+}
+
+impl Members {
+    fn join(&mut self, set: String, members: Vec<usize>) {
+        self.sets.entry(set).or_default().extend(members);
+    }
+}
+
 struct Pass {
     mesh: Mesh,
-    /// Index of the cell of a number.
-    cells: HashMap<u32, usize>,
-    /// Elements that are no cells.
-    others: BTreeSet<u32>,
-    elements: BTreeMap<String, Vec<usize>>,
-    nodes: BTreeMap<String, Vec<usize>>,
-    n_instances: usize,
+    nodes: Members,
+    cells: Members,
     n_members: usize,
 }
 
-impl Pass {
-    fn run(mut self, deck: &KeywordDeck) -> Result<Mesh, DeckError> {
-        if let Some(second) = deck.keywords().filter(|k| k.name() == "PART").nth(1) {
-            return Err(second.error("a deck of several parts is no mesh; `retune import` reads it"));
-        }
-        // Sets name what stands below them.
-        for k in deck.keywords().filter(|k| k.name() == "NODE") {
-            self.node(&k)?;
-        }
-        for k in deck.keywords() {
-            match k.name() {
-                "ELEMENT" => self.element(&k)?,
-                "INSTANCE" => {
-                    self.n_instances += 1;
-                    if self.n_instances > 1 || k.lines().any(|l| !l.is_empty()) {
-                        return Err(k.error(
-                            "an assembly of several or moved instances is no mesh; `retune import` reads the deck",
-                        ));
-                    }
-                }
-                "SYSTEM" => return Err(k.error("nodes in axes of their own are read by `retune import`")),
-                "NGEN" | "NFILL" | "ELGEN" | "NCOPY" | "ELCOPY" => {
-                    return Err(
-                        k.error("nodes and elements that the solver generates are not read; give the deck in full")
-                    );
-                }
-                _ => {}
+/// Refuses what makes a deck more than a mesh.
+fn refuse(deck: &KeywordDeck) -> Result<(), DeckError> {
+    if let Some(second) = deck.keywords().filter(|k| k.name() == "PART").nth(1) {
+        return Err(second.error("a deck of several parts is no mesh; `retune import` reads it"));
+    }
+    let mut has_instance = false;
+    for k in deck.keywords() {
+        match k.name() {
+            "INSTANCE" if has_instance || k.lines().any(|l| !l.is_empty()) => {
+                return Err(
+                    k.error("an assembly of several or moved instances is no mesh; `retune import` reads the deck")
+                );
             }
+            "INSTANCE" => has_instance = true,
+            "SYSTEM" => return Err(k.error("nodes in axes of their own are read by `retune import`")),
+            "NGEN" | "NFILL" | "ELGEN" | "NCOPY" | "ELCOPY" => {
+                return Err(k.error("nodes and elements that the solver generates are not read; give the deck in full"));
+            }
+            _ => {}
         }
+    }
+    Ok(())
+}
+
+impl Pass {
+    fn new() -> Self {
+        let [nodes, cells] = ["node", "element"].map(|what| Members { what, ..Members::default() });
+        Self { mesh: Mesh::default(), nodes, cells, n_members: 0 }
+    }
+
+    fn run(mut self, deck: &KeywordDeck) -> Result<Mesh, DeckError> {
+        refuse(deck)?;
+        // Elements may stand above their nodes, and sets above both.
+        let of = |name: &'static str| deck.keywords().filter(move |k| k.name() == name);
+        of("NODE").try_for_each(|k| self.node(&k))?;
+        of("ELEMENT").try_for_each(|k| self.element(&k))?;
         for k in deck.keywords() {
             match k.name() {
                 "NSET" => {
-                    let name = k.needs("NSET")?;
-                    let members = self.members(&k, true)?;
-                    self.nodes.entry(name).or_default().extend(members);
+                    let members = self.members(&k, &self.nodes)?;
+                    self.n_members += members.len();
+                    self.nodes.join(k.needs("NSET")?, members);
                 }
                 "ELSET" => {
-                    let name = k.needs("ELSET")?;
-                    let members = self.members(&k, false)?;
-                    self.elements.entry(name).or_default().extend(members);
+                    let members = self.members(&k, &self.cells)?;
+                    self.n_members += members.len();
+                    self.cells.join(k.needs("ELSET")?, members);
                 }
                 _ => {}
             }
@@ -165,14 +170,16 @@ impl Pass {
         let mut set = Vec::new();
         for line in k.lines().filter(|l| !l.is_empty()) {
             let id = line.id(0, "number")?;
-            set.push(self.mesh.nodes.len());
+            let index = self.mesh.nodes.len();
+            set.push(index);
+            self.nodes.index.insert(id, index);
             let node = MeshNode { id: u64::from(id), at: line.vector(1, "coordinate")? };
             if !self.mesh.add_node(node) {
                 return Err(line.error(Some((0, "number")), format_args!("the node {id} stands twice")));
             }
         }
         if let Some(name) = k.label("NSET") {
-            self.nodes.entry(name).or_default().extend(set);
+            self.nodes.join(name, set);
         }
         Ok(())
     }
@@ -184,12 +191,12 @@ impl Pass {
         let mut lines = k.lines().filter(|l| !l.is_empty());
         while let Some(line) = lines.next() {
             let id = line.id(0, "number")?;
-            let is_new = !self.cells.contains_key(&id) && !self.others.contains(&id);
+            let is_new = !self.cells.index.contains_key(&id) && !self.cells.others.contains(&id);
             if !is_new {
                 return Err(line.error(Some((0, "number")), format_args!("the element {id} stands twice")));
             }
             let Some(shape) = shape else {
-                self.others.insert(id);
+                self.cells.others.insert(id);
                 continue;
             };
             let mut nodes = Vec::with_capacity(shape.n_nodes());
@@ -216,17 +223,17 @@ impl Pass {
             }
             let cell = self.mesh.cells.len();
             self.mesh.add_cell(u64::from(id), shape, nodes);
-            self.cells.insert(id, cell);
+            self.cells.index.insert(id, cell);
             set.push(cell);
         }
         if let Some(name) = k.label("ELSET") {
-            self.elements.entry(name).or_default().extend(set);
+            self.cells.join(name, set);
         }
         Ok(())
     }
 
     /// Nodes or cells that a set names; elements that are no cells are left out.
-    fn members(&mut self, k: &Keyword<'_>, of_nodes: bool) -> Result<Vec<usize>, DeckError> {
+    fn members(&self, k: &Keyword<'_>, of: &Members) -> Result<Vec<usize>, DeckError> {
         let mut out = Vec::new();
         for line in k.lines().filter(|l| !l.is_empty()) {
             if k.parameter("GENERATE").is_some() {
@@ -236,50 +243,33 @@ impl Pass {
                     return Err(line.error(Some((1, "last")), "it must not be below the first"));
                 }
                 // Of a range those that exist count.
-                let most = self.mesh.nodes.len().max(self.cells.len());
-                if ((to - from) / by) as usize <= 4 * most {
-                    out.extend((from..=to).step_by(by as usize).filter_map(|id| self.known(id, of_nodes)));
-                } else {
-                    let all: BTreeSet<u32> = if of_nodes {
-                        self.mesh.nodes.iter().filter_map(|n| u32::try_from(n.id).ok()).collect()
-                    } else {
-                        self.cells.keys().copied().collect()
-                    };
-                    let inside = all.range(from..=to).filter(|id| (**id - from).is_multiple_of(by));
-                    out.extend(inside.filter_map(|id| self.known(*id, of_nodes)));
+                let inside = of.index.range(from..=to).filter(|(id, _)| (**id - from).is_multiple_of(by));
+                out.extend(inside.map(|(_, index)| *index));
+            } else {
+                for i in (0..line.len()).filter(|i| !line.text(*i).is_empty()) {
+                    out.extend(Self::member(&line, i, of)?);
                 }
-                continue;
-            }
-            for i in (0..line.len()).filter(|i| !line.text(*i).is_empty()) {
-                out.extend(self.member(&line, i, of_nodes)?);
             }
             if self.n_members + out.len() > MOST_MEMBERS {
                 return Err(line.error(None, format_args!("sets have more than {MOST_MEMBERS} members")));
             }
         }
-        self.n_members += out.len();
         Ok(out)
     }
 
-    fn known(&self, id: u32, of_nodes: bool) -> Option<usize> {
-        if of_nodes { self.mesh.node(u64::from(id)) } else { self.cells.get(&id).copied() }
-    }
-
-    fn member(&self, line: &DataLine<'_>, i: usize, of_nodes: bool) -> Result<Vec<usize>, DeckError> {
-        let what = if of_nodes { "node" } else { "element" };
+    fn member(line: &DataLine<'_>, i: usize, of: &Members) -> Result<Vec<usize>, DeckError> {
         let text = line.text(i);
         // In an assembly `instance.5`.
         let own = text.rsplit_once('.').map_or(text, |(_, id)| id);
         if let Ok(id) = own.parse::<u32>() {
-            return match self.known(id, of_nodes) {
-                Some(found) => Ok(vec![found]),
-                None if !of_nodes && self.others.contains(&id) => Ok(Vec::new()),
-                None => Err(line.error(Some((i, "member")), format_args!("there is no {what} {id}"))),
+            return match of.index.get(&id) {
+                Some(found) => Ok(vec![*found]),
+                None if of.others.contains(&id) => Ok(Vec::new()),
+                None => Err(line.error(Some((i, "member")), format_args!("there is no {} {id}", of.what))),
             };
         }
-        let sets = if of_nodes { &self.nodes } else { &self.elements };
-        sets.get(&label(own)).cloned().ok_or_else(|| {
-            let near = did_you_mean(own, sets.keys().map(String::as_str));
+        of.sets.get(&label(own)).cloned().ok_or_else(|| {
+            let near = did_you_mean(own, of.sets.keys().map(String::as_str));
             line.error(Some((i, "member")), format_args!("there is no set `{own}` above{near}"))
         })
     }
@@ -290,11 +280,11 @@ impl Pass {
             members.dedup();
             members
         };
-        let taken: BTreeSet<String> = self.elements.keys().cloned().collect();
-        for (name, cells) in std::mem::take(&mut self.elements) {
+        let taken: BTreeSet<String> = self.cells.sets.keys().cloned().collect();
+        for (name, cells) in std::mem::take(&mut self.cells.sets) {
             self.mesh.sets.push(MeshSet { name, cells: sorted(cells) });
         }
-        for (name, nodes) in std::mem::take(&mut self.nodes) {
+        for (name, nodes) in std::mem::take(&mut self.nodes.sets) {
             let name = if taken.contains(&name) { format!("{name}_NODES") } else { name };
             let mut cells = Vec::new();
             for node in sorted(nodes) {

@@ -1,4 +1,8 @@
-//! Numbers one after another, as text or as bytes, with the place of each.
+//! Numbers one after another, as text or as bytes, with the place of each; and decks that are a mesh by themselves.
+
+use crate::deck::DeckError;
+use std::io;
+use std::path::Path;
 
 /// Why a file is no mesh.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -8,6 +12,25 @@ pub struct MeshError {
     pub place: String,
     /// What stands there, and what was expected.
     pub message: String,
+}
+
+/// Without the name of the file, which the one who reads a mesh knows.
+impl From<DeckError> for MeshError {
+    fn from(e: DeckError) -> Self {
+        let place = if e.line > 0 { format!("line {}", e.line) } else { String::new() };
+        let field = e.field.map_or_else(String::new, |(n, name)| format!(", field {n} ({name})"));
+        let card = if e.card.is_empty() { String::new() } else { format!("{}{field}: ", e.card) };
+        Self { place, message: format!("{card}{}", e.message) }
+    }
+}
+
+/// What a deck is called that nothing is beside.
+pub(super) const ALONE: &str = "mesh";
+
+/// Gives the bytes of the only file of a deck; any other that it includes cannot be read.
+pub(super) fn only_file(bytes: &[u8]) -> impl FnMut(&Path) -> io::Result<Vec<u8>> {
+    let mut first = Some(bytes.to_vec());
+    move |_| first.take().ok_or_else(|| io::Error::other("a mesh is one file; `retune import` follows INCLUDE"))
 }
 
 /// A file that is read from the front.

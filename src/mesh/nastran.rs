@@ -5,7 +5,7 @@
 
 use super::MeshReader;
 use super::cell::{Mesh, MeshNode, MeshSet, Shape};
-use super::cursor::MeshError;
+use super::cursor::{ALONE, MeshError, only_file};
 use crate::deck::{Card, Deck, DeckError};
 use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
@@ -36,11 +36,7 @@ impl MeshReader for Nastran {
     }
 
     fn read(&self, bytes: &[u8]) -> Result<Mesh, MeshError> {
-        let mut first = Some(bytes.to_vec());
-        let mut read = |_: &Path| {
-            first.take().ok_or_else(|| std::io::Error::other("a mesh is one file; `retune import` follows INCLUDE"))
-        };
-        let deck = Deck::read(Path::new("mesh"), &mut read)?;
+        let deck = Deck::read(Path::new(ALONE), &mut only_file(bytes))?;
         Ok(mesh(&deck)?)
     }
 }

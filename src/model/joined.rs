@@ -39,12 +39,11 @@ impl Joined {
             let nodes: Vec<usize> = link.nodes().filter_map(index).collect();
             joined.join(&nodes);
         }
-        // Ties, and the points on the leading side of their springs.
-        for node in 0..n {
-            let leading = model.dof_map().led_by(node);
-            if !leading.is_empty() {
-                joined.join(&[&[node], &leading[..]].concat());
-            }
+        // Nodes of ties, and the points on the leading side of their springs.
+        let springs = model.spec().ties.keys().filter_map(|tie| model.element_set(tie)).flatten();
+        let points = springs.flat_map(|&e| model.elements()[e].nodes.iter().copied());
+        for node in model.spec().ties.values().flat_map(|t| &t.nodes).filter_map(index).chain(points) {
+            joined.join(&[&[node], &model.dof_map().led_by(node)[..]].concat());
         }
         for constraint in model.spec().constraints.values() {
             let nodes: Vec<usize> = constraint.terms.iter().filter_map(|t| index(&t.node)).collect();

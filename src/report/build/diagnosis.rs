@@ -139,7 +139,7 @@ pub fn diagnosis(found: &diagnosis::Diagnosis, model: &Model, test: &TestData) -
 /// Laws of damping as hypotheses on the structure.
 fn damping(found: &diagnosis::DampingReading, places: &Places<'_>) -> Damping {
     let estimate = |t: &diagnosis::DampingTerm| {
-        let is_ratio = t.id == "constant";
+        let is_ratio = t.is_ratio();
         Estimate {
             quantity: match t.alike.as_slice() {
                 _ if is_ratio => "ratio of all modes".into(),

@@ -300,7 +300,7 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
             (composed(&parts), j, [standing * (h - lying) / area, lying * (w - standing) / area])
         }
         _ => {
-            // Of each slope the width, the width in all, the height: a rectangle and two triangles, apex at the side.
+            // HEXA: of each slope the width, the width in all, the height: a rectangle and two triangles, apex at the side.
             let [slope, w, h, ..] = d;
             let inner = w - 2.0 * slope;
             if inner < 0.0 {
