@@ -7,6 +7,13 @@
 //! One row and column of K - λM are struck out, which leaves a regular matrix with the same envelope; it is factored as LDLᵀ without pivots, the
 //! solution is refined once, and the residual, in the struck row too, says whether it is one.
 //!
+//! Of c modes with (nearly) equal λ as many rows S are struck out. What they span together has a derivative across it: with the solution z₀ that is
+//! zero in S and the solutions N of the other rows that are unit vectors in S,
+//!
+//! ```text
+//! F := F - M Φ ΦᵀF,    z = z₀ - N (ΦᵀMN)⁻¹ ΦᵀM z₀
+//! ```
+//!
 //! Sources: R. B. Nelson, Simplified calculation of eigenvector derivatives, AIAA Journal 14(9), 1976; A. George, J. W. Liu, Computer Solution of
 //! Large Sparse Positive Definite Systems, 1981, chapter 4.
 
@@ -113,22 +120,30 @@ impl PencilSlopes {
 }
 
 impl SlopesAt<'_> {
-    /// ∂λ and ∂φ of a simple mode along some directions; `None` where it is double, or the factors do not serve.
+    /// ∂λ and ∂φ of a mode along some directions; `None` where a mode that is not given has its λ, or the factors do not serve.
     ///
-    /// * `shape` - φ with φᵀ M φ = 1, (n)
+    /// * `cluster` - φ with φᵀ M φ = 1, then those of the modes whose λ are equal or nearly so, in any basis of the space that they span,
+    ///   (n) each; ∂φ is across them all
     /// * `directions` - of θ, (`n_parameters` x any number)
     ///
     /// # Panics
-    /// If sizes differ.
-    pub fn mode(&self, lambda: f64, shape: &[f64], directions: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    /// If sizes differ, or there is no mode.
+    pub fn mode(
+        &self,
+        lambda: f64,
+        cluster: &[&[f64]],
+        directions: &DMatrix<f64>,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let PencilSlopes { envelope, order, slopes, .. } = self.of;
         let (n, count) = (envelope.rows(), directions.ncols());
-        assert!(shape.len() == n && directions.nrows() == slopes.len(), "sizes of a mode");
+        assert!(cluster.iter().all(|s| s.len() == n) && directions.nrows() == slopes.len(), "sizes of a mode");
         if count == 0 {
             return Some((DVector::zeros(0), DMatrix::zeros(n, 0)));
         }
-        let phi: Vec<f64> = order.iter().map(|&old| shape[old]).collect();
-        let m_phi = times(envelope, &self.mass, &phi, 1);
+        let in_order = |shape: &&[f64]| -> Vec<f64> { order.iter().map(|&old| shape[old]).collect() };
+        let shapes: Vec<Vec<f64>> = cluster.iter().map(in_order).collect();
+        let momenta: Vec<Vec<f64>> = shapes.iter().map(|phi| times(envelope, &self.mass, phi, 1)).collect();
+        let (phi, m_phi) = (&shapes[0], &momenta[0]);
         // (∂K - λ ∂M) φ of every parameter that any direction moves, row by row, and φᵀ ∂M φ.
         let mut forces = vec![0.0; n * count];
         let mut growth = vec![0.0; count];
@@ -152,15 +167,19 @@ impl SlopesAt<'_> {
             }
         }
         let mut slopes = vec![0.0; count];
-        forces.chunks_exact(count).zip(&phi).for_each(|(f, &phi)| add(&mut slopes, phi, f));
-        for (force, m) in forces.chunks_exact_mut(count).zip(&m_phi) {
+        forces.chunks_exact(count).zip(phi).for_each(|(f, &phi)| add(&mut slopes, phi, f));
+        for (force, m) in forces.chunks_exact_mut(count).zip(m_phi) {
             force.iter_mut().zip(&slopes).for_each(|(f, slope)| *f = slope * m - *f);
         }
-        let z = self.solve_beside(lambda, &phi, &forces, count)?;
+        for (phi, m_phi) in shapes.iter().zip(&momenta).skip(1) {
+            let along = products(phi, &forces, count);
+            take(&mut forces, m_phi, &along);
+        }
+        let z = self.solve_beside(lambda, (&shapes, &momenta), &forces, count)?;
         let mut along: Vec<f64> = growth.iter().map(|g| 0.5 * g).collect();
-        z.chunks_exact(count).zip(&m_phi).for_each(|(z, &m)| add(&mut along, m, z));
+        z.chunks_exact(count).zip(m_phi).for_each(|(z, &m)| add(&mut along, m, z));
         let mut shapes = DMatrix::zeros(n, count);
-        for ((z, &phi), &old) in z.chunks_exact(count).zip(&phi).zip(order) {
+        for ((z, &phi), &old) in z.chunks_exact(count).zip(phi).zip(order) {
             for (j, (z, along)) in z.iter().zip(&along).enumerate() {
                 shapes[(old, j)] = z - along * phi;
             }
@@ -168,32 +187,82 @@ impl SlopesAt<'_> {
         Some((DVector::from_vec(slopes), shapes))
     }
 
-    /// Z with (K - λM) Z = F and a zero in one row, both row by row.
-    fn solve_beside(&self, lambda: f64, phi: &[f64], forces: &[f64], count: usize) -> Option<Vec<f64>> {
+    /// As many rows as there are shapes, in which these are largest and most unlike each other, dofs in comparable units.
+    fn rows_that_tell(&self, shapes: &[Vec<f64>]) -> Vec<usize> {
+        let envelope = &self.of.envelope;
+        let unit = |i: usize| self.stiffness[envelope.at(i, i)].max(0.0).sqrt();
+        let mut left: Vec<DVector<f64>> =
+            (0..envelope.rows()).map(|i| DVector::from_fn(shapes.len(), |k, _| shapes[k][i] * unit(i))).collect();
+        let mut found = Vec::with_capacity(shapes.len());
+        for _ in shapes {
+            let norm = |i: usize| left[i].norm_squared();
+            let best = (0..left.len()).fold(0, |best, i| if norm(i) > norm(best) { i } else { best });
+            found.push(best);
+            let size = left[best].norm();
+            let along = if size > 0.0 { &left[best] / size } else { left[best].clone() };
+            left.iter_mut().for_each(|row| *row -= &along * along.dot(row));
+        }
+        found
+    }
+
+    /// Z with (K - λM) Z = F, both row by row: of one mode with a zero in one row, of several across them.
+    fn solve_beside(
+        &self,
+        lambda: f64,
+        (shapes, momenta): (&[Vec<f64>], &[Vec<f64>]),
+        forces: &[f64],
+        count: usize,
+    ) -> Option<Vec<f64>> {
         let envelope = &self.of.envelope;
         let n = envelope.rows();
         let shifted: Vec<f64> = self.stiffness.iter().zip(&self.mass).map(|(k, m)| k - lambda * m).collect();
-        let weight = |i: usize| phi[i].abs() * self.stiffness[envelope.at(i, i)].max(0.0).sqrt();
-        let fixed = (0..n).fold(0, |best, i| if weight(i) > weight(best) { i } else { best });
+        let fixed = self.rows_that_tell(shapes);
         let mut factor = shifted.clone();
-        factor[envelope.row(fixed)].fill(0.0);
-        for i in (fixed + 1..n).filter(|&i| envelope.first[i] <= fixed) {
-            factor[envelope.at(i, fixed)] = 0.0;
+        for &fixed in &fixed {
+            factor[envelope.row(fixed)].fill(0.0);
+            for i in (fixed + 1..n).filter(|&i| envelope.first[i] <= fixed) {
+                factor[envelope.at(i, fixed)] = 0.0;
+            }
+            factor[envelope.at(fixed, fixed)] = self.stiffness[envelope.at(fixed, fixed)].max(f64::MIN_POSITIVE);
         }
-        factor[envelope.at(fixed, fixed)] = self.stiffness[envelope.at(fixed, fixed)].max(f64::MIN_POSITIVE);
         factor_in_place(envelope, &mut factor);
-        let struck = fixed * count..(fixed + 1) * count;
-        let mut z = forces.to_vec();
-        z[struck.clone()].fill(0.0);
-        solve(envelope, &factor, &mut z, count);
+        let strike = |x: &mut [f64], count: usize| {
+            fixed.iter().for_each(|&fixed| x[fixed * count..(fixed + 1) * count].fill(0.0));
+        };
         let residual = |z: &[f64]| -> Vec<f64> {
             let product = times(envelope, &shifted, z, count);
             forces.iter().zip(product).map(|(f, p)| f - p).collect()
         };
-        let mut left = residual(&z);
-        left[struck].fill(0.0);
-        solve(envelope, &factor, &mut left, count);
-        z.iter_mut().zip(&left).for_each(|(z, l)| *z += l);
+        let mut z = vec![0.0; forces.len()];
+        let mut left = forces.to_vec();
+        for round in 0..2 {
+            if round > 0 {
+                left = residual(&z);
+            }
+            strike(&mut left, count);
+            solve(envelope, &factor, &mut left, count);
+            z.iter_mut().zip(&left).for_each(|(z, l)| *z += l);
+        }
+        if fixed.len() > 1 {
+            // The solutions of the other rows without forces, unit vectors in the struck ones.
+            let size = fixed.len();
+            let mut units = vec![0.0; n * size];
+            fixed.iter().enumerate().for_each(|(k, &fixed)| units[fixed * size + k] = 1.0);
+            let mut free: Vec<f64> = times(envelope, &shifted, &units, size).iter().map(|v| -v).collect();
+            strike(&mut free, size);
+            solve(envelope, &factor, &mut free, size);
+            free.iter_mut().zip(&units).for_each(|(f, u)| *f += u);
+            let on = |x: &[f64], count: usize| {
+                let rows: Vec<f64> = momenta.iter().flat_map(|m| products(m, x, count)).collect();
+                DMatrix::from_row_slice(size, count, &rows)
+            };
+            let moved = on(&free, size).lu().solve(&on(&z, count))?;
+            for (z, free) in z.chunks_exact_mut(count).zip(free.chunks_exact(size)) {
+                free.iter()
+                    .enumerate()
+                    .for_each(|(k, f)| z.iter_mut().enumerate().for_each(|(j, z)| *z -= f * moved[(k, j)]));
+            }
+        }
         // At a double λ the matrix is singular still, and the struck row is not satisfied by itself.
         let sizes: Vec<f64> = shifted.iter().map(|v| v.abs()).collect();
         let terms = times(envelope, &sizes, &z.iter().map(|v| v.abs()).collect::<Vec<_>>(), count);
@@ -201,6 +270,18 @@ impl SlopesAt<'_> {
         // Written so that NaN is refused.
         (largest(&residual(&z)) <= RESIDUAL * size && size.is_finite()).then_some(z)
     }
+}
+
+/// vᵀ X, row by row.
+fn products(v: &[f64], x: &[f64], count: usize) -> Vec<f64> {
+    let mut out = vec![0.0; count];
+    x.chunks_exact(count).zip(v).for_each(|(x, &v)| add(&mut out, v, x));
+    out
+}
+
+/// X := X - v a, row by row.
+fn take(x: &mut [f64], v: &[f64], a: &[f64]) {
+    x.chunks_exact_mut(a.len()).zip(v).for_each(|(x, &v)| add(x, -v, a));
 }
 
 /// The largest absolute value, infinite if one is NaN.
@@ -337,7 +418,7 @@ mod tests {
                     continue;
                 }
                 let phi = here.vectors.column(mode).into_owned();
-                let (lambda, shapes) = at.mode(here.values[mode], phi.as_slice(), &directions).unwrap();
+                let (lambda, shapes) = at.mode(here.values[mode], &[phi.as_slice()], &directions).unwrap();
                 for j in 0..2 {
                     let moved = |h: f64| {
                         let theta: Vec<f64> = (0..5).map(|p| theta[p] + h * directions[(p, j)]).collect();
@@ -356,6 +437,57 @@ mod tests {
         }
     }
 
+    /// Two like chains side by side, coupled by a parameter: beside the sum over all modes that are not of the pair, in any basis of its space.
+    #[test]
+    fn of_close_modes_the_part_across_them_is_found() {
+        for apart in [0.0, 1e-9, 1e-3] {
+            let one = chain(6);
+            let beside = |e: &AffineEntry, factor: f64| AffineEntry {
+                row: e.row + 6,
+                col: e.col + 6,
+                coefficient: e.coefficient * factor,
+                ..e.clone()
+            };
+            let both = |of: &[AffineEntry], factor: f64| -> Vec<AffineEntry> {
+                of.iter().cloned().chain(of.iter().map(|e| beside(e, factor))).collect()
+            };
+            let mut pencil = AffinePencil {
+                n: 12,
+                n_parameters: 6,
+                stiffness: both(&one.stiffness, 1.0 + apart),
+                mass: both(&one.mass, 1.0),
+            };
+            pencil.stiffness.push(AffineEntry { row: 8, col: 1, parameter: Some(5), coefficient: 0.7 });
+            let theta = [0.8, 1.3, 1.0, 1.1, 0.7, 0.0];
+            let directions =
+                DMatrix::from_column_slice(6, 2, &[0.3, -0.2, 0.5, 0.1, 0.4, 1.0, 0.0, 0.6, 0.0, -0.5, 0.2, 0.3]);
+            let (k, m) = pencil.assemble(&theta);
+            let all = lowest_modes(&k, &m, 12, 0.1).unwrap();
+            // The first pair of elastic modes, turned.
+            let (s, c) = 0.6_f64.sin_cos();
+            let pair = all.vectors.columns(2, 2) * DMatrix::from_row_slice(2, 2, &[c, -s, s, c]);
+            let (phi, other) = (pair.column(0).into_owned(), pair.column(1).into_owned());
+            let lambda = all.values[2];
+            let slopes = PencilSlopes::new(&pencil);
+            let (d_lambda, d_phi) =
+                slopes.at(&theta).mode(lambda, &[phi.as_slice(), other.as_slice()], &directions).unwrap();
+            for j in 0..2 {
+                let moved: Vec<f64> = (0..6).map(|p| theta[p] + directions[(p, j)]).collect();
+                let (k1, m1) = pencil.assemble(&moved);
+                let (dk, dm) = (k1 - &k, m1 - &m);
+                let force = &dk * &phi - &dm * &phi * lambda;
+                assert!((d_lambda[j] - phi.dot(&force)).abs() < 1e-12);
+                let mut sum = &phi * (-0.5 * phi.dot(&(&dm * &phi)));
+                for i in (0..12).filter(|i| ![2, 3].contains(i)) {
+                    let x = all.vectors.column(i);
+                    sum -= x * (x.dot(&force) / (all.values[i] - lambda));
+                }
+                let error = (&sum - d_phi.column(j)).amax();
+                assert!(error < 1e-9 * sum.amax(), "{apart}: {error:.1e}");
+            }
+        }
+    }
+
     #[test]
     fn a_double_mode_has_none() {
         let entry = |i: usize, parameter| AffineEntry { row: i, col: i, parameter, coefficient: 1.0 };
@@ -368,6 +500,6 @@ mod tests {
             mass: vec![entry(0, None), entry(1, None)],
         };
         let slopes = PencilSlopes::new(&pencil);
-        assert!(slopes.at(&[0.0]).mode(1.0, &[1.0, 0.0], &DMatrix::identity(1, 1)).is_none());
+        assert!(slopes.at(&[0.0]).mode(1.0, &[&[1.0, 0.0]], &DMatrix::identity(1, 1)).is_none());
     }
 }

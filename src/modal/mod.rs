@@ -15,10 +15,10 @@ pub use craig_bampton::craig_bampton;
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use modes::{ModalError, Modes};
 pub use sensitivity::{
-    MatrixDerivative, ModeDerivative, cluster_derivative, eigenvalue_derivative, mode_derivative,
+    MatrixDerivative, ModeDerivative, derivatives_on_basis, eigenvalue_derivative, mode_derivative,
     mode_derivative_of_forces,
 };
-pub use solve::{SolveOptions, solve, solve_all, typical_shift};
+pub use solve::{SolveOptions, solve, typical_shift};
 pub use sparse::{
     Across, Effort, Neighbour, derivatives_across_modes, mode_derivative_sparse, mode_derivatives_sparse, solve_sparse,
 };

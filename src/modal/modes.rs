@@ -1,7 +1,8 @@
 //! Modes of a structure, and why there are none.
 
-use crate::linalg::{DMatrix, DVector, LinalgError};
+use crate::linalg::{DMatrix, DVector, LinalgError, ShiftedPencil};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Modes of a structure, rigid-body modes first, by ascending frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +15,8 @@ pub struct Modes {
     pub n_rigid: usize,
     /// How many modes after them have no stiffness either: mechanisms.
     pub n_mechanism: usize,
+    /// The complete basis that they are of; `None` of sparse matrices, for which none is made.
+    pub basis: Option<Arc<ShiftedPencil>>,
 }
 
 impl Modes {

@@ -1,6 +1,6 @@
 //! Derivatives of eigenvalues and shapes with respect to parameters.
 
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::{DMatrix, DVector, ShiftedPencil};
 
 /// Derivatives of one mode with respect to every parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,29 +113,80 @@ pub fn mode_derivative_of_forces(
         .then_some(ModeDerivative { lambda, shape })
 }
 
-/// Derivatives of one mode of a cluster of equal or nearly equal λ, whose shapes are any basis of the space that they span: the
-/// part outside that space, which is all that is determined, and ∂λ = φᵀ (∂K - λ ∂M) φ.
+/// Part of λ + a by which the value of a basis vector differs from that of a mode that it does not belong to.
+const APART: f64 = 1e-9;
+
+/// Derivatives of modes by the complete basis that they are of; each mode may be one of a cluster of equal or nearly equal λ, whose shapes are
+/// any basis of the space that they span: then the part outside that space, which is all that is determined.
 ///
 /// ```text
-/// K' = K + λ Σ_j (M φ_j)(M φ_j)ᵀ over the others: their λ is doubled, so that φ is simple;   ∂φ -> ∂φ - Σ_j φ_j φ_jᵀ M ∂φ
+/// f = (∂K - λ ∂M) φ,   ∂λ = φᵀ f,   ∂φ = -Σ x (xᵀ f)/(1 - (λ + a) θ) - ½ (φᵀ ∂M φ) φ
 /// ```
 ///
-/// * `cluster` - mass-normalised shapes as columns, (n_dof x size)
-/// * `own` - the column of the mode
-pub fn cluster_derivative(
-    stiffness: &DMatrix<f64>,
-    mass: &DMatrix<f64>,
-    lambda: f64,
-    cluster: &DMatrix<f64>,
-    own: usize,
+/// over the vectors x of the basis that are not of the cluster. `None` where one of these has the λ of the mode.
+///
+/// * `basis` - of the same K and M, (n)
+/// * `lambda`, `shapes` - of all modes, mass-normalised shapes as columns
+/// * `of` - the cluster of each mode, indices into these, and the number of the mode in it
+///
+/// # Source
+/// R. L. Fox, M. P. Kapoor, Rates of change of eigenvalues and eigenvectors, AIAA Journal 6(12), 1968, in the vectors of the shifted pencil, so
+/// that massless dofs have their part.
+pub fn derivatives_on_basis(
+    basis: &ShiftedPencil,
+    (lambda, shapes): (&DVector<f64>, &DMatrix<f64>),
+    of: &[(Vec<usize>, usize)],
     derivatives: &[MatrixDerivative<'_>],
-) -> Option<ModeDerivative> {
-    let others = cluster.clone().remove_column(own);
-    let m_others = mass * &others;
-    let apart = stiffness + &m_others * m_others.transpose() * lambda;
-    let mut d = mode_derivative(&apart, mass, lambda, &cluster.column(own).into_owned(), derivatives)?;
-    d.shape -= &others * m_others.tr_mul(&d.shape);
-    Some(d)
+) -> Vec<Option<ModeDerivative>> {
+    let n = shapes.nrows();
+    let modes: Vec<usize> = of.iter().map(|(cluster, own)| cluster[*own]).collect();
+    let phi = shapes.select_columns(&modes);
+    let by_lambda = DMatrix::from_fn(n, modes.len(), |i, j| phi[(i, j)] * lambda[modes[j]]);
+    let shifted = DVector::from_fn(modes.len(), |j, _| lambda[modes[j]] + basis.shift);
+    // -1/(1 - (λ + a) θ) of every vector, zero for those of the cluster.
+    let mut is_apart = vec![true; modes.len()];
+    let weights = DMatrix::from_columns(
+        &of.iter()
+            .enumerate()
+            .map(|(j, (cluster, _))| {
+                let own = of_values(basis, cluster.iter().map(|&mode| lambda[mode]));
+                let gap = |k: usize| 1.0 - shifted[j] * basis.theta[k];
+                is_apart[j] = (0..n).all(|k| own.contains(&k) || gap(k).abs() > APART);
+                DVector::from_fn(n, |k, _| if own.contains(&k) { 0.0 } else { -1.0 / gap(k) })
+            })
+            .collect::<Vec<_>>(),
+    );
+    let mut found: Vec<ModeDerivative> = modes
+        .iter()
+        .map(|_| ModeDerivative {
+            lambda: DVector::zeros(derivatives.len()),
+            shape: DMatrix::zeros(n, derivatives.len()),
+        })
+        .collect();
+    for (p, d) in derivatives.iter().enumerate() {
+        let grown = d.mass * &phi;
+        let mut forces = d.stiffness * &phi;
+        forces -= d.mass * &by_lambda;
+        let moved = &basis.vectors * basis.vectors.tr_mul(&forces).component_mul(&weights);
+        for (j, out) in found.iter_mut().enumerate() {
+            out.lambda[p] = phi.column(j).dot(&forces.column(j));
+            let mut shape = out.shape.column_mut(p);
+            shape.copy_from(&moved.column(j));
+            shape.axpy(-0.5 * phi.column(j).dot(&grown.column(j)), &phi.column(j), 1.0);
+        }
+    }
+    found.into_iter().zip(is_apart).map(|(d, is_apart)| is_apart.then_some(d)).collect()
+}
+
+/// The vectors of a basis whose λ are nearest to these, a different one for each.
+fn of_values(basis: &ShiftedPencil, lambda: impl Iterator<Item = f64>) -> Vec<usize> {
+    let mut own: Vec<usize> = Vec::new();
+    for lambda in lambda {
+        let gap = |k: usize| (1.0 - (lambda + basis.shift) * basis.theta[k]).abs();
+        let others = (0..basis.theta.len()).filter(|k| !own.contains(k));
+        own.extend(others.min_by(|&a, &b| gap(a).total_cmp(&gap(b))));
+    }
+    own
 }
 
 #[cfg(test)]
@@ -161,7 +212,12 @@ mod tests {
         let cluster = DMatrix::from_columns(&[side(phi.as_slice(), c, s), side(phi.as_slice(), -s, c)]);
         let (dd, zero) = (twice(&d), twice(&none));
         let change = [MatrixDerivative { stiffness: &dd, mass: &zero }];
-        let both = cluster_derivative(&twice(&k), &twice(&m), lambda, &cluster, 0, &change).unwrap();
+        let basis = ShiftedPencil::new(&twice(&k), &twice(&m), 1.0).unwrap();
+        let lambda = DVector::from_element(2, lambda);
+        let both =
+            derivatives_on_basis(&basis, (&lambda, &cluster), &[(vec![0, 1], 0)], &change).pop().unwrap().unwrap();
+        let alone = derivatives_on_basis(&basis, (&lambda, &cluster), &[(vec![0], 0)], &change).pop().unwrap();
+        assert!(alone.is_none(), "a double mode beside its twin has no derivative");
         assert!((both.lambda[0] - simple.lambda[0]).abs() < 1e-12);
         let expected = side(simple.shape.column(0).into_owned().as_slice(), c, s);
         assert!((both.shape.column(0) - expected).amax() < 1e-12);
@@ -206,6 +262,12 @@ mod tests {
         for mode in 1..5 {
             let phi = modes.shapes.column(mode).into_owned();
             let exact = mode_derivative(&k, &m, modes.lambda[mode], &phi, &derivatives).unwrap();
+            let basis = modes.basis.as_ref().unwrap();
+            let on_basis =
+                derivatives_on_basis(basis, (&modes.lambda, &modes.shapes), &[(vec![mode], 0)], &derivatives);
+            let on_basis = on_basis[0].as_ref().unwrap();
+            assert!((&on_basis.lambda - &exact.lambda).amax() < 1e-12 * modes.lambda[mode]);
+            assert!((&on_basis.shape - &exact.shape).amax() < 1e-12);
             for j in 0..2 {
                 let h = 1e-5 * theta[j];
                 let at = |s: f64| {

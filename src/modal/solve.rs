@@ -2,9 +2,8 @@
 
 use super::modes::{ModalError, Modes};
 use super::stability::{check_stable, dense_unstable_or};
-use crate::linalg::{
-    DMatrix, DVector, Eigenpairs, LinalgError, ShiftedPencil, lowest_modes, lowest_values, symmetric_eigen,
-};
+use crate::linalg::{DMatrix, DVector, Eigenpairs, LinalgError, ShiftedPencil, lowest_values, symmetric_eigen};
+use std::sync::Arc;
 
 /// How to solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +20,8 @@ pub struct SolveOptions {
 /// * `rigid_motions` - the values of the dofs for the six rigid motions (n x 6); which of their combinations are
 ///   rigid-body modes of this structure is found from their strain energy
 ///
-/// Rigid-body modes come out with λ = 0 exactly and the geometric shape; elastic shapes are M-orthogonal to them.
+/// Rigid-body modes come out with λ = 0 exactly and the geometric shape; elastic shapes are M-orthogonal to them. The complete basis comes
+/// with them: the decomposition has found it anyway.
 ///
 /// # Errors
 /// [`ModalError::Unstable`] where a λ is negative, as of a buckled structure; the others of [`ModalError`].
@@ -33,24 +33,9 @@ pub fn solve(
 ) -> Result<Modes, ModalError> {
     let solved = || {
         let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
-        let pairs = lowest_modes(stiffness, mass, rigid.ncols() + options.n_elastic, shift)?;
-        sorted(stiffness, mass, &rigid, &pairs, shift)
-    };
-    solved().map_err(|e| dense_unstable_or(e, stiffness))
-}
-
-/// [`solve`], and the complete basis that the modes are of.
-pub fn solve_all(
-    stiffness: &DMatrix<f64>,
-    mass: &DMatrix<f64>,
-    rigid_motions: &DMatrix<f64>,
-    options: SolveOptions,
-) -> Result<(Modes, ShiftedPencil), ModalError> {
-    let solved = || {
-        let (rigid, shift) = prepare(stiffness, mass, rigid_motions, options)?;
         let pencil = ShiftedPencil::new(stiffness, mass, shift)?;
         let pairs = Eigenpairs::lowest_of(&pencil, rigid.ncols() + options.n_elastic);
-        Ok((sorted(stiffness, mass, &rigid, &pairs, shift)?, pencil))
+        Ok(Modes { basis: Some(Arc::new(pencil)), ..sorted(stiffness, mass, &rigid, &pairs, shift)? })
     };
     solved().map_err(|e| dense_unstable_or(e, stiffness))
 }
@@ -107,7 +92,7 @@ fn sorted(
             lambda[n_rigid + k] = value;
         }
     }
-    let modes = Modes { lambda, shapes, n_rigid, n_mechanism };
+    let modes = Modes { lambda, shapes, n_rigid, n_mechanism, basis: None };
     check_stable(&modes, |x| stiffness.abs() * x)?;
     Ok(modes)
 }

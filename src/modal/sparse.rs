@@ -117,7 +117,7 @@ pub fn solve_sparse(
             return Err(ModalError::TooFine { n, uncertainty });
         }
     }
-    let modes = Modes { lambda, shapes, n_rigid, n_mechanism };
+    let modes = Modes { lambda, shapes, n_rigid, n_mechanism, basis: None };
     check_stable(&modes, |x| stiffness.abs().mul(x))?;
     Ok((modes, Effort { shift: found.shift, steps: found.steps }))
 }

@@ -14,6 +14,10 @@ const SPARSE_FROM: usize = 120;
 
 /// Below this number of dofs a model that the sparse path refuses is solved by the dense one.
 const DENSE_BELOW: usize = 800;
+/// Below this number of dofs full matrices, as those of a stand-in, are solved by the dense path.
+const FULL_BELOW: usize = 260;
+/// Part of the entries of a matrix that makes it full: elimination would fill the rest.
+const FULL: f64 = 0.25;
 /// From so many dofs on a factorisation for each mode costs more than steps across the modes.
 const ONE_FACTOR_FROM: usize = 20_000;
 
@@ -140,9 +144,12 @@ impl ModalSolver {
         let rigid_motions = model.dof_map().rigid_motions();
         let n_dof = model.dof_map().n_dof();
         if n_dof >= SPARSE_FROM {
-            match Self::sparse(model, theta, n_elastic, rigid_motions.clone()) {
-                Err(e) if n_dof < DENSE_BELOW && !is_unstable(&e) => {}
-                solver => return solver,
+            let system = model.assemble_sparse(theta)?;
+            if n_dof >= FULL_BELOW || !is_full(&system) {
+                match Self::sparse(model, &system, n_elastic, rigid_motions.clone()) {
+                    Err(e) if n_dof < DENSE_BELOW && !is_unstable(&e) => {}
+                    solver => return solver,
+                }
             }
         }
         let system = model.assemble(theta)?;
@@ -156,15 +163,14 @@ impl ModalSolver {
         self.dof_map == *model.dof_map()
     }
 
-    /// With an elimination order and the modes at θ.
+    /// With an elimination order and the modes at a θ.
     fn sparse(
         model: &dyn ParametricModel,
-        theta: &[f64],
+        system: &SparseSystem,
         n_elastic: usize,
         rigid_motions: DMatrix<f64>,
     ) -> Result<Self, ModelError> {
-        let system = model.assemble_sparse(theta)?;
-        let plan = Arc::new(plan(model, &system)?);
+        let plan = Arc::new(plan(model, system)?);
         let options = SolveOptions { n_elastic, shift: None };
         let (modes, Effort { shift, steps }) =
             modal::solve_sparse(&plan, &system.stiffness, &system.mass, &rigid_motions, options, None)?;
@@ -216,22 +222,6 @@ impl ModalSolver {
         Ok((Matrices::Sparse(system), modes))
     }
 
-    /// [`Self::solve`], and the complete basis that the modes are of; `None` for a large model, which has none.
-    pub fn solve_all(
-        &self,
-        model: &dyn ParametricModel,
-        theta: &[f64],
-        n_elastic: usize,
-    ) -> Result<(Matrices, Modes, Option<ShiftedPencil>), ModelError> {
-        if self.sparse.is_some() {
-            return self.solve(model, theta, n_elastic).map(|(matrices, modes)| (matrices, modes, None));
-        }
-        let options = SolveOptions { n_elastic, shift: Some(self.shift) };
-        let system = model.assemble(theta)?;
-        let (modes, pencil) = modal::solve_all(&system.stiffness, &system.mass, &self.rigid_motions, options)?;
-        Ok((Matrices::Dense(system), modes, Some(pencil)))
-    }
-
     /// Whether the model that this was made for has dashpots.
     pub fn is_damped(&self) -> bool {
         self.is_damped
@@ -251,16 +241,6 @@ impl ModalSolver {
         of: &[usize],
     ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
         match matrices {
-            Matrices::Dense(system) => {
-                let mode = |&i: &usize| (modes.lambda[i], modes.shapes.column(i).into_owned());
-                let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
-                let slopes: Vec<MatrixDerivative<'_>> =
-                    slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
-                let derivative = |(lambda, shape): (f64, DVector<f64>)| {
-                    modal::mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &slopes)
-                };
-                Ok(of.iter().map(mode).map(derivative).collect())
-            }
             Matrices::Sparse(system) if modes.shapes.nrows() >= ONE_FACTOR_FROM => {
                 let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
                 let slopes: Vec<_> = slopes.iter().map(|s| (&s.stiffness, &s.mass)).collect();
@@ -268,7 +248,7 @@ impl ModalSolver {
                 let plan = self.plan_for(model, system)?;
                 Ok(modal::mode_derivatives_sparse(&plan, pencil, self.shift, modes, of, &slopes)?)
             }
-            Matrices::Sparse(_) => {
+            _ => {
                 let alone: Vec<(Vec<usize>, usize)> = of.iter().map(|&i| (vec![i], 0)).collect();
                 self.differentiate_in_clusters(model, matrices, slopes, modes, &alone)
             }
@@ -295,14 +275,17 @@ impl ModalSolver {
         let lambda = |(cluster, own): &(Vec<usize>, usize)| modes.lambda[cluster[*own]];
         match matrices {
             Matrices::Dense(system) => {
+                let basis = match &modes.basis {
+                    Some(basis) => basis.clone(),
+                    None => Arc::new(
+                        ShiftedPencil::new(&system.stiffness, &system.mass, self.shift)
+                            .map_err(modal::ModalError::from)?,
+                    ),
+                };
                 let slopes = slopes.iter().map(Matrices::dense).collect::<Result<Vec<_>, _>>()?;
                 let slopes: Vec<MatrixDerivative<'_>> =
                     slopes.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect();
-                let (k, m) = (&system.stiffness, &system.mass);
-                let derivative = |of: &(Vec<usize>, usize)| {
-                    modal::cluster_derivative(k, m, lambda(of), &shapes(&of.0), of.1, &slopes)
-                };
-                Ok(of.iter().map(derivative).collect())
+                Ok(modal::derivatives_on_basis(&basis, (&modes.lambda, &modes.shapes), of, &slopes))
             }
             Matrices::Sparse(system) => {
                 let slopes: Vec<Cow<'_, SparseSystem>> = slopes.iter().map(Matrices::sparse).collect();
@@ -329,6 +312,12 @@ impl ModalSolver {
 /// A structure that is not stable has no modes, whatever the matrices are stored as.
 fn is_unstable(error: &ModelError) -> bool {
     matches!(error, ModelError::Modal(modal::ModalError::Unstable { .. }))
+}
+
+fn is_full(system: &SparseSystem) -> bool {
+    let n = system.stiffness.n();
+    let entries = system.stiffness.len().max(system.mass.len());
+    entries as f64 > FULL * (n * (n + 1) / 2) as f64
 }
 
 fn covers(plan: &SparsePlan, system: &SparseSystem) -> bool {

@@ -77,10 +77,10 @@ pub(super) fn clusters(
 
 /// The modes of each cluster that the sensors see, where these are two at least.
 ///
-/// * `sensors` - the observation matrix, (n_sensor x n_dof)
-pub(super) fn seen(clusters: Vec<Vec<usize>>, modes: &Modes, sensors: &DMatrix<f64>) -> Vec<Vec<usize>> {
+/// * `at_sensors` - elastic shapes at the sensors, (n_sensor x n_elastic)
+pub(super) fn seen(clusters: Vec<Vec<usize>>, at_sensors: &DMatrix<f64>) -> Vec<Vec<usize>> {
     let one = |mut cluster: Vec<usize>| {
-        let length = |k: &usize| (sensors * modes.shapes.column(modes.n_rigid + k)).norm();
+        let length = |&k: &usize| at_sensors.column(k).norm();
         let least = SEEN * cluster.iter().map(length).fold(0.0, f64::max);
         cluster.retain(|k| length(k) > least);
         cluster
@@ -90,27 +90,31 @@ pub(super) fn seen(clusters: Vec<Vec<usize>>, modes: &Modes, sensors: &DMatrix<f
 
 /// Turns the shapes of a cluster to those of the test.
 ///
+/// * `at_sensors` - elastic shapes at the sensors, (n_sensor x n_elastic)
 /// * `tests` - real test shapes, NaN where not measured, (n_sensor x n_tests)
-/// * `sensors` - the observation matrix, (n_sensor x n_dof)
-pub(super) fn turn(modes: &mut Modes, cluster: &[usize], sensors: &DMatrix<f64>, tests: &DMatrix<f64>) {
+pub(super) fn turn(modes: &mut Modes, cluster: &[usize], at_sensors: &DMatrix<f64>, tests: &DMatrix<f64>) {
+    let Some(q) = turning(&at_sensors.select_columns(cluster), tests) else { return };
     let columns: Vec<usize> = cluster.iter().map(|k| modes.n_rigid + k).collect();
-    let own = modes.shapes.select_columns(&columns);
-    let seen = sensors * &own;
-    let mut found: Vec<(f64, usize, DVector<f64>)> =
-        (0..tests.ncols()).filter_map(|j| explain(&seen, tests, j).map(|(share, b)| (share, j, b))).collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    found.truncate(cluster.len());
-    if found.is_empty() {
-        return;
-    }
-    // The test lists its modes by frequency, so the lower one gets the lower frequency of the model.
-    found.sort_by_key(|f| f.1);
-    let b = DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>());
-    let Some(q) = nearest_orthogonal(&b) else { return };
-    let turned = own * q;
+    let turned = modes.shapes.select_columns(&columns) * q;
     for (k, &column) in columns.iter().enumerate() {
         modes.shapes.set_column(column, &turned.column(k));
     }
+}
+
+/// Q of a cluster; `None` where no test shape says how its shapes stand.
+///
+/// * `seen` - the shapes of the cluster at the sensors
+pub(super) fn turning(seen: &DMatrix<f64>, tests: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut found: Vec<(f64, usize, DVector<f64>)> =
+        (0..tests.ncols()).filter_map(|j| explain(seen, tests, j).map(|(share, b)| (share, j, b))).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    found.truncate(seen.ncols());
+    if found.is_empty() {
+        return None;
+    }
+    // The test lists its modes by frequency, so the lower one gets the lower frequency of the model.
+    found.sort_by_key(|f| f.1);
+    nearest_orthogonal(&DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>()))
 }
 
 /// How much of a test shape the cluster explains, and by which combination of unit length.
@@ -165,8 +169,10 @@ mod tests {
     use crate::correlation::{PairBy, PairingOptions};
     use crate::data::{TestData, read_test};
     use crate::model::{ParametricModel, Registry, load};
+    use crate::objective::batch::BatchPath;
     use crate::objective::{Comparison, LeastSquares, Objective, Scaling, difference};
     use crate::update::{TwinOptions, assess, twin_modes};
+    use std::sync::Arc;
 
     const MAST: &str = "
 retune: 1
@@ -270,6 +276,28 @@ supports: {base: {node: n0}}
             let error = (a - b).amax() / a.amax();
             assert!(error < 1e-4, "parameter {j}: {error:.1e}");
         }
+    }
+
+    /// The kernel turns shapes as the reference path does, for many points and for single ones with derivatives.
+    #[test]
+    fn double_modes_go_through_the_kernel() {
+        let model = load(MAST, &Registry::builtin()).unwrap().0;
+        let test = test(&[35.0, 50.0, 20.0]);
+        let comparison = Comparison::new(&model, &test, OPEN).unwrap();
+        let plain = LeastSquares::new(&comparison);
+        let x = DVector::from_row_slice(&[0.3, 0.7]);
+        let cost = 0.5 * plain.residuals(&x).unwrap().norm_squared();
+        let searched = LeastSquares::new(&comparison);
+        let mut costs = [0.0; 3];
+        searched.costs(&[x.clone(), x.clone(), x.clone()], &mut costs);
+        assert!(costs.iter().all(|c| (c - cost).abs() < 1e-9 * cost), "{costs:?} {cost}");
+        assert_eq!((searched.path_counts().batch, searched.path_counts().reference), (3, 0));
+        let alone = LeastSquares::new(&comparison).through(Arc::new(BatchPath::with_derivatives()));
+        assert!((alone.cost(&x).unwrap() - cost).abs() < 1e-9 * cost);
+        let (fast, exact) = (alone.linearize(&x).unwrap(), plain.linearize(&x).unwrap());
+        assert!((fast.residuals - exact.residuals).amax() < 1e-7);
+        assert!((fast.jacobian - &exact.jacobian).amax() < 1e-6 * exact.jacobian.amax());
+        assert_eq!((alone.path_counts().batch, alone.path_counts().reference), (2, 0));
     }
 
     /// Shapes of the second pair at a frequency far below it: their partners lie beyond the band where modes are turned, and have

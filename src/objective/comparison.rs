@@ -14,7 +14,7 @@ use crate::correlation::{
     observation_matrix_at, pair_alike_modes, varying_sensors,
 };
 use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
-use crate::linalg::{DMatrix, ShiftedPencil};
+use crate::linalg::DMatrix;
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, family, symmetry_index};
 use crate::once::Once;
@@ -282,13 +282,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// [`Self::predict`], and the complete basis that the modes are of, where the model is small enough to have one.
-    pub fn predict_all(&self, theta: &[f64]) -> Result<(Prediction, Option<ShiftedPencil>), EvalError> {
-        let solved = self.solver.solve_all(self.model, theta, self.n_elastic);
-        let (matrices, modes, basis) = solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
-        Ok((self.predict_of(theta, matrices, modes)?, basis))
-    }
-
     fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
@@ -296,9 +289,10 @@ impl<'a> Comparison<'a> {
         let mut families = self.families_of(&modes);
         let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
-            clusters = seen(clusters, &modes, &sensors);
+            let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+            clusters = seen(clusters, &at_sensors);
             for cluster in &clusters {
-                turn(&mut modes, cluster, &sensors, &self.shapes);
+                turn(&mut modes, cluster, &at_sensors, &self.shapes);
             }
             families = self.families_of(&modes);
         }

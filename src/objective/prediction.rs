@@ -55,7 +55,13 @@ impl Prediction {
     pub(super) fn seen(frequencies_hz: Vec<f64>, at_sensors: DMatrix<f64>, mac: DMatrix<f64>) -> Self {
         Self {
             matrices: Matrices::Dense(System::zeros(0, false)),
-            modes: Modes { lambda: DVector::zeros(0), shapes: DMatrix::zeros(0, 0), n_rigid: 0, n_mechanism: 0 },
+            modes: Modes {
+                lambda: DVector::zeros(0),
+                shapes: DMatrix::zeros(0, 0),
+                n_rigid: 0,
+                n_mechanism: 0,
+                basis: None,
+            },
             frequencies_hz,
             at_sensors,
             sensors: None,

@@ -3,7 +3,7 @@
 use super::UpdateError;
 use crate::correlation::{CorrelationError, Misfit, PairFlag};
 use crate::data::{Standing, StaticReading, StaticTest, TestMode};
-use crate::linalg::{DMatrix, ShiftedPencil};
+use crate::linalg::DMatrix;
 use crate::modal::Modes;
 use crate::model::{MassProperties, ModeLabel, ModelError, ParametricModel, label_modes};
 use crate::objective::{Comparison, LeastSquares, PaperCost, Prediction, static_readings, why_unpaired};
@@ -147,8 +147,6 @@ pub struct Assessment {
     pub mass_properties: Option<MassProperties>,
     /// The whole prediction.
     pub prediction: Prediction,
-    /// The complete basis that its modes are of; `None` for a model too large to have one.
-    pub basis: Option<ShiftedPencil>,
 }
 
 /// Names the modes of a model by energy and symmetry, elastic modes counted from one.
@@ -170,7 +168,7 @@ pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> 
 
 /// Compares at θ.
 pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, UpdateError> {
-    let (prediction, basis) = comparison.predict_all(theta)?;
+    let prediction = Prediction::clone(&*comparison.predict(theta)?);
     let model = comparison.model();
     let test = comparison.test();
     let named = name_modes(model, theta, &prediction.modes).map_err(|e| CorrelationError::Model(e.to_string()))?;
@@ -280,7 +278,6 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
         readings,
         functions,
         prediction,
-        basis,
     })
 }
 

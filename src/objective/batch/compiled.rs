@@ -1,5 +1,6 @@
 //! A model and a test, compiled for the batched kernel.
 
+use super::super::close_modes::{Closeness, clusters, seen, turning};
 use super::super::comparison::Comparison;
 use super::super::prediction::{Prediction, PredictionDerivative};
 use super::super::scaling::Scaling;
@@ -13,8 +14,10 @@ use crate::linalg::{DMatrix, DVector, PencilSlopes, SymMatrix};
 use crate::model::{AffinePart, Basis, Entry, MassProperties, Monomial, family, symmetry_index};
 use std::sync::{Mutex, PoisonError};
 
-/// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel.
+/// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel, for many points at a time.
 const MOST_DOFS: usize = 150;
+/// The same where single points are asked for, with derivatives: eight lanes of matrices of more rows than these leave the cache.
+const MOST_DOFS_ALONE: usize = 80;
 
 /// A comparison, compiled for batches.
 #[derive(Debug)]
@@ -131,6 +134,25 @@ pub(super) struct Bench {
     norms: Vec<f64>,
     likeness: DMatrix<f64>,
     rigid: SymMatrix,
+    turned: Vec<(usize, Vec<f64>)>,
+}
+
+/// The shapes of one candidate: rows of the sensors, of what is followed, and of the dofs.
+#[derive(Clone, Copy)]
+struct Shapes<'a> {
+    modes: &'a BatchModes,
+    lane: usize,
+    /// Those that have been turned to the test: the mode, and its shape.
+    turned: &'a [(usize, Vec<f64>)],
+}
+
+impl<'a> Shapes<'a> {
+    fn of(&self, mode: usize) -> &'a [f64] {
+        match self.turned.iter().find(|(m, _)| *m == mode) {
+            Some((_, shape)) => shape,
+            None => self.modes.shape(self.lane, mode),
+        }
+    }
 }
 
 /// What the kernel has seen at a point.
@@ -139,7 +161,8 @@ struct Seen<'a> {
     theta: &'a [f64],
     /// What K and M are affine in.
     factors: &'a [f64],
-    modes: &'a BatchModes,
+    lambda: &'a [f64],
+    shapes: Shapes<'a>,
     /// Room for residuals.
     residuals: &'a mut DVector<f64>,
 }
@@ -168,7 +191,8 @@ impl Compiled {
         let families: Vec<u8> = comparison.families().iter().map(|f| code(f.as_deref())).collect();
         PartnerSearch::new(comparison.frequencies(), &families, *comparison.pairing(), comparison.plans())?;
         let n = model.dof_map().n_dof();
-        let most = |has_mirror: bool| if has_mirror { 2 * MOST_DOFS } else { MOST_DOFS };
+        let most = if has_derivatives { MOST_DOFS_ALONE } else { MOST_DOFS };
+        let most = |has_mirror: bool| if has_mirror { 2 * most } else { most };
         if n > most(model.mirror().is_some()) || !comparison.varying_sensors().is_empty() {
             return None;
         }
@@ -200,7 +224,11 @@ impl Compiled {
         });
         let tests: Vec<TestShape> = comparison.shapes().column_iter().map(|c| TestShape::new(c.as_slice())).collect();
         // A shape with gaps is compared where it was measured: its partner's length depends on it.
-        let has_products = !has_dofs && followed.len() == 0 && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
+        // Close modes are turned to the test, which products do not allow.
+        let has_products = !has_dofs
+            && centre.clusters.is_empty()
+            && followed.len() == 0
+            && tests.iter().all(|t| t.mask.is_none() || t.norm == 0.0);
         let options = BatchOptions {
             n_modes: centre.frequencies_hz.len(),
             rigid: centre.modes.shapes.columns(0, centre.modes.n_rigid).into_owned(),
@@ -286,6 +314,7 @@ impl Compiled {
             norms: vec![0.0; n_modes],
             likeness: DMatrix::zeros(n_modes, self.tests.len()),
             rigid: SymMatrix::zeros(6),
+            turned: Vec::new(),
         })
     }
 
@@ -314,16 +343,18 @@ impl Compiled {
     ) -> Option<T> {
         let slopes = self.slopes.as_ref()?;
         let mut made = None;
-        self.predict(bench, problem, std::slice::from_ref(x), |lane, seen| {
+        self.predict(bench, problem, std::slice::from_ref(x), |_, seen| {
             let p = seen.prediction;
             let at = slopes.pencil.at(seen.factors);
             let directions = self.products.directions(seen.theta, problem.1);
             let mut modes = vec![None; p.frequencies_hz.len()];
             for pair in &p.pairs.pairs {
                 let (mode, f) = (pair.analytical, p.frequencies_hz[pair.analytical]);
-                let lambda = seen.modes.values(lane)[mode];
-                let shape = &seen.modes.shape(lane, mode)[self.n_read..];
-                let Some((d_lambda, d_shape)) = at.mode(lambda, shape, &directions) else { return };
+                let lambda = seen.lambda[mode];
+                let cluster = p.clusters.iter().find(|c| c.contains(&mode)).map_or(&[][..], Vec::as_slice);
+                let all = std::iter::once(mode).chain(cluster.iter().copied().filter(|&k| k != mode));
+                let shapes: Vec<&[f64]> = all.map(|k| &seen.shapes.of(k)[self.n_read..]).collect();
+                let Some((d_lambda, d_shape)) = at.mode(lambda, &shapes, &directions) else { return };
                 let mut at_sensors = DMatrix::zeros(self.n_sensors, directions.ncols());
                 for (mut seen, d) in at_sensors.column_iter_mut().zip(d_shape.column_iter()) {
                     let (seen, d) = (seen.as_mut_slice(), d.as_slice());
@@ -374,18 +405,43 @@ impl Compiled {
                     Err(_) => continue,
                 },
             };
-            self.observe(comparison, modes, lane, p, &mut bench.families);
-            // Modes that must be turned to the test are left to the reference path.
-            let (hz, own) = (&p.frequencies_hz, &bench.families);
-            if (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || own[i - 1] == own[i])) {
-                continue;
+            bench.turned.clear();
+            let as_found = Shapes { modes, lane, turned: &[] };
+            self.observe(comparison, as_found, p, &mut bench.families);
+            let own = &bench.families;
+            if self.has_close_modes(&p.frequencies_hz, closeness, own) {
+                // Where only products are known nothing can be turned: the reference path does it.
+                if !self.has_shapes && comparison.has_shapes() {
+                    continue;
+                }
+                p.clusters = clusters(&p.frequencies_hz, closeness, |a, b| own[a] == own[b]);
+                if comparison.has_shapes() {
+                    p.clusters = seen(std::mem::take(&mut p.clusters), &p.at_sensors);
+                    // A turned shape of two families has another, which without dofs is not known.
+                    if !self.has_dofs && p.clusters.iter().any(|c| c.iter().any(|&k| own[k] != own[c[0]])) {
+                        continue;
+                    }
+                    for cluster in &p.clusters {
+                        if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.shapes()) {
+                            bench.turned.extend(turned(as_found, cluster, &q));
+                        }
+                    }
+                    let shapes = Shapes { turned: &bench.turned, ..as_found };
+                    self.observe(comparison, shapes, p, &mut bench.families);
+                }
+            } else {
+                p.clusters.clear();
+            }
+            let shapes = Shapes { turned: &bench.turned, ..as_found };
+            if self.has_shapes {
+                hide_unseen(&mut p.at_sensors);
             }
             if self.has_products {
                 self.correlate_products(&bench.families, &bench.search, (modes, lane), p);
             } else {
                 self.correlate(&bench.families, &bench.search, p, &mut bench.norms);
             }
-            let likeness = self.likeness(comparison, (modes, lane), &p.mac, &mut bench.likeness);
+            let likeness = self.likeness(comparison, shapes, &p.mac, &mut bench.likeness);
             let (likeness, n) = (likeness.as_slice(), p.mac.nrows());
             bench.search.find(&p.frequencies_hz, &bench.families, |j| &likeness[j * n..][..n], &mut bench.partners);
             p.pairs.pairs.clear();
@@ -397,22 +453,21 @@ impl Compiled {
                 flags: Vec::new(),
             }));
             let (theta, factors) = (bench.theta.as_slice(), bench.factors[lane].as_slice());
-            each(lane, Seen { prediction: p, theta, factors, modes, residuals: &mut bench.residuals });
+            let lambda = modes.values(lane);
+            each(lane, Seen { prediction: p, theta, factors, lambda, shapes, residuals: &mut bench.residuals });
         }
     }
 
+    fn has_close_modes(&self, hz: &[f64], closeness: Closeness, families: &[u8]) -> bool {
+        (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || families[i - 1] == families[i]))
+    }
+
     /// Frequencies, shapes at the sensors and families of one candidate.
-    fn observe(
-        &self,
-        comparison: &Comparison<'_>,
-        modes: &BatchModes,
-        lane: usize,
-        p: &mut Prediction,
-        families: &mut [u8],
-    ) {
+    fn observe(&self, comparison: &Comparison<'_>, shapes: Shapes<'_>, p: &mut Prediction, families: &mut [u8]) {
+        let Shapes { modes, lane, .. } = shapes;
         for (j, lambda) in modes.values(lane).iter().enumerate() {
             p.frequencies_hz[j] = lambda.sqrt() / std::f64::consts::TAU;
-            let shape = modes.shape(lane, j);
+            let shape = shapes.of(j);
             if self.has_shapes {
                 p.at_sensors.column_mut(j).copy_from_slice(&shape[..self.n_sensors]);
             }
@@ -421,16 +476,13 @@ impl Compiled {
                 _ => [2, 0, 1][(modes.parity(lane, j) + 1) as usize],
             };
         }
-        if self.has_shapes {
-            hide_unseen(&mut p.at_sensors);
-        }
     }
 
     /// What pairs are made by: the MAC, mixed with how far the modes continue those that are followed.
     fn likeness<'m>(
         &self,
         comparison: &Comparison<'_>,
-        (modes, lane): (&BatchModes, usize),
+        shapes: Shapes<'_>,
         mac: &'m DMatrix<f64>,
         own: &'m mut DMatrix<f64>,
     ) -> &'m DMatrix<f64> {
@@ -440,7 +492,7 @@ impl Compiled {
         }
         own.copy_from(mac);
         for i in 0..mac.nrows() {
-            let shape = modes.shape(lane, i);
+            let shape = shapes.of(i);
             for k in 0..followed.len() {
                 followed.mix(k, i, shape[self.n_sensors + k], own);
             }
@@ -503,6 +555,21 @@ impl TestShape {
         let over_square = if norm > 0.0 { 1.0 / (norm * norm) } else { 0.0 };
         Self { values, mask, norm, over_square }
     }
+}
+
+/// The shapes of a cluster, turned.
+fn turned<'a>(
+    shapes: Shapes<'a>,
+    cluster: &'a [usize],
+    q: &'a DMatrix<f64>,
+) -> impl Iterator<Item = (usize, Vec<f64>)> {
+    cluster.iter().zip(q.column_iter()).map(move |(&mode, q)| {
+        let mut sum = vec![0.0; shapes.of(mode).len()];
+        for (&k, factor) in cluster.iter().zip(q.iter()) {
+            sum.iter_mut().zip(shapes.of(k)).for_each(|(s, v)| *s += factor * v);
+        }
+        (mode, sum)
+    })
 }
 
 /// Sum of products, four at a time.

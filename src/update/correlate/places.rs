@@ -124,7 +124,7 @@ pub fn places(
     let p = &a.prediction;
     let (shapes, measured) = paired_shapes(comparison, a, &pairs);
     let shift = p.modes.lambda[p.modes.n_rigid].max(f64::MIN_POSITIVE);
-    let expander = match &a.basis {
+    let expander = match &a.prediction.modes.basis {
         // A basis of far another shift has lost digits.
         Some(basis) if (1e-2..1e2).contains(&(basis.shift / shift)) => {
             Expander::from_basis(basis, comparison.sensors(), shift)?
