@@ -200,7 +200,9 @@ impl SlopesAt<'_> {
             found.push(best);
             let size = left[best].norm();
             let along = if size > 0.0 { &left[best] / size } else { left[best].clone() };
-            left.iter_mut().for_each(|row| *row -= &along * along.dot(row));
+            for row in &mut left {
+                *row -= &along * along.dot(row);
+            }
         }
         found
     }
@@ -227,7 +229,9 @@ impl SlopesAt<'_> {
         }
         factor_in_place(envelope, &mut factor);
         let strike = |x: &mut [f64], count: usize| {
-            fixed.iter().for_each(|&fixed| x[fixed * count..(fixed + 1) * count].fill(0.0));
+            for &fixed in &fixed {
+                x[fixed * count..(fixed + 1) * count].fill(0.0);
+            }
         };
         let residual = |z: &[f64]| -> Vec<f64> {
             let product = times(envelope, &shifted, z, count);
@@ -446,10 +450,10 @@ mod tests {
                 row: e.row + 6,
                 col: e.col + 6,
                 coefficient: e.coefficient * factor,
-                ..e.clone()
+                ..*e
             };
             let both = |of: &[AffineEntry], factor: f64| -> Vec<AffineEntry> {
-                of.iter().cloned().chain(of.iter().map(|e| beside(e, factor))).collect()
+                of.iter().copied().chain(of.iter().map(|e| beside(e, factor))).collect()
             };
             let mut pencil = AffinePencil {
                 n: 12,

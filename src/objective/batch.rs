@@ -9,6 +9,7 @@
 //! evaluated by the reference path; so is all of a model that the kernel does not take (no polynomial of its parameters, not
 //! solvable in the middle of its bounds, too large). After the first batch of a thread nothing is allocated.
 
+mod affine;
 mod compiled;
 
 use crate::once::Once;

@@ -1,17 +1,17 @@
 //! A model and a test, compiled for the batched kernel.
 
-use super::super::close_modes::{Closeness, clusters, seen, turning};
+use super::super::close_modes::{clusters, seen, turning};
 use super::super::comparison::Comparison;
 use super::super::prediction::{Prediction, PredictionDerivative};
 use super::super::scaling::Scaling;
+use super::affine::{Products, pencil};
 use super::{CostOf, Linearized};
 use crate::correlation::{ModePair, PartnerSearch, UNSEEN, hide_unseen};
 use crate::linalg::batch::{
-    AffineEntry, AffinePencil, BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace,
-    detect_mirror,
+    BATCH, BatchError, BatchModel, BatchModes, BatchOptions, Mirror, Outcome, Workspace, detect_mirror,
 };
 use crate::linalg::{DMatrix, DVector, PencilSlopes, SymMatrix};
-use crate::model::{AffinePart, Basis, Entry, MassProperties, Monomial, family, symmetry_index};
+use crate::model::{MassProperties, family, symmetry_index};
 use std::sync::{Mutex, PoisonError};
 
 /// Above this number of dofs of one family of shapes the reference path is no slower than the dense kernel, for many points at a time.
@@ -41,35 +41,6 @@ pub(super) struct Compiled {
     products: Products,
     rigid: Option<RigidMass>,
     pool: Mutex<Vec<Bench>>,
-}
-
-/// Products of parameters, and their origins.
-#[derive(Debug)]
-struct Products {
-    monomials: Vec<Monomial>,
-    origin: Vec<f64>,
-}
-
-impl Products {
-    fn of(affine: &AffinePart) -> Self {
-        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect(), origin: affine.origin.clone() }
-    }
-
-    /// Derivatives of what K and M are affine in by the free parameters, (factors x free).
-    fn directions(&self, theta: &[f64], scaling: &Scaling) -> DMatrix<f64> {
-        let free = scaling.free();
-        DMatrix::from_fn(free.len() + self.monomials.len(), free.len(), |i, j| match i.checked_sub(free.len()) {
-            None => f64::from(u8::from(i == j)),
-            Some(k) => self.monomials[k].derivative(theta, &self.origin, free[j]),
-        })
-    }
-
-    /// What K and M are affine in: the free parameters, then the products.
-    fn fill(&self, theta: &[f64], scaling: &Scaling, out: &mut [f64]) {
-        let products = self.monomials.iter().map(|p| p.at(theta, &self.origin));
-        let values = scaling.free().iter().map(|&i| theta[i]).chain(products);
-        out.iter_mut().zip(values).for_each(|(factor, value)| *factor = value);
-    }
 }
 
 /// What derivatives need beside the modes.
@@ -301,7 +272,7 @@ impl Compiled {
         Some(Bench {
             workspace: Workspace::new(&self.model, BATCH),
             theta: scaling.base().to_vec(),
-            factors: std::array::from_fn(|_| vec![0.0; scaling.len() + self.products.monomials.len()]),
+            factors: std::array::from_fn(|_| vec![0.0; scaling.len() + self.products.len()]),
             prediction: Prediction::seen(
                 vec![0.0; n_modes],
                 DMatrix::zeros(self.n_sensors, n_modes),
@@ -409,28 +380,24 @@ impl Compiled {
             let as_found = Shapes { modes, lane, turned: &[] };
             self.observe(comparison, as_found, p, &mut bench.families);
             let own = &bench.families;
-            if self.has_close_modes(&p.frequencies_hz, closeness, own) {
+            p.clusters = clusters(&p.frequencies_hz, closeness, |a, b| own[a] == own[b]);
+            if comparison.has_shapes() && !p.clusters.is_empty() {
                 // Where only products are known nothing can be turned: the reference path does it.
-                if !self.has_shapes && comparison.has_shapes() {
+                if !self.has_shapes {
                     continue;
                 }
-                p.clusters = clusters(&p.frequencies_hz, closeness, |a, b| own[a] == own[b]);
-                if comparison.has_shapes() {
-                    p.clusters = seen(std::mem::take(&mut p.clusters), &p.at_sensors);
-                    // A turned shape of two families has another, which without dofs is not known.
-                    if !self.has_dofs && p.clusters.iter().any(|c| c.iter().any(|&k| own[k] != own[c[0]])) {
-                        continue;
-                    }
-                    for cluster in &p.clusters {
-                        if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.shapes()) {
-                            bench.turned.extend(turned(as_found, cluster, &q));
-                        }
-                    }
-                    let shapes = Shapes { turned: &bench.turned, ..as_found };
-                    self.observe(comparison, shapes, p, &mut bench.families);
+                p.clusters = seen(std::mem::take(&mut p.clusters), &p.at_sensors);
+                // A turned shape of two families has another, which without dofs is not known.
+                if !self.has_dofs && p.clusters.iter().any(|c| c.iter().any(|&k| own[k] != own[c[0]])) {
+                    continue;
                 }
-            } else {
-                p.clusters.clear();
+                for cluster in &p.clusters {
+                    if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.shapes()) {
+                        bench.turned.extend(turned(as_found, cluster, &q));
+                    }
+                }
+                let shapes = Shapes { turned: &bench.turned, ..as_found };
+                self.observe(comparison, shapes, p, &mut bench.families);
             }
             let shapes = Shapes { turned: &bench.turned, ..as_found };
             if self.has_shapes {
@@ -456,10 +423,6 @@ impl Compiled {
             let lambda = modes.values(lane);
             each(lane, Seen { prediction: p, theta, factors, lambda, shapes, residuals: &mut bench.residuals });
         }
-    }
-
-    fn has_close_modes(&self, hz: &[f64], closeness: Closeness, families: &[u8]) -> bool {
-        (1..hz.len()).any(|i| closeness.joins(hz[i - 1], hz[i], || families[i - 1] == families[i]))
     }
 
     /// Frequencies, shapes at the sensors and families of one candidate.
@@ -583,38 +546,4 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
-}
-
-/// K and M as functions of the factors; `None` if they are not affine in any.
-fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<AffinePencil> {
-    let model = comparison.model();
-    let affine = model.affine()?;
-    let part = |of: fn(&Basis) -> &[Entry]| {
-        let mut entries: Vec<AffineEntry> = Vec::new();
-        let mut add = |basis: &Basis, parameter: Option<usize>, factor: f64| {
-            entries.extend(of(basis).iter().map(|e| AffineEntry {
-                row: e.row,
-                col: e.column,
-                parameter,
-                coefficient: factor * e.value,
-            }));
-        };
-        add(&affine.constant, None, 1.0);
-        for (i, (basis, value)) in affine.parameters.iter().zip(scaling.base()).enumerate() {
-            match scaling.free().iter().position(|&f| f == i) {
-                Some(k) => add(basis, Some(k), 1.0),
-                None => add(basis, None, *value),
-            }
-        }
-        for (k, (_, basis)) in affine.products.iter().enumerate() {
-            add(basis, Some(scaling.len() + k), 1.0);
-        }
-        entries
-    };
-    Some(AffinePencil {
-        n: model.dof_map().n_dof(),
-        n_parameters: scaling.len() + affine.products.len(),
-        stiffness: part(|b| &b.stiffness),
-        mass: part(|b| &b.mass),
-    })
 }
