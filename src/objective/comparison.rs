@@ -276,10 +276,13 @@ impl<'a> Comparison<'a> {
 
     /// The prediction at θ; the last ones are remembered, since a search asks for the cost of a point and then for its derivatives.
     pub fn predict(&self, theta: &[f64]) -> Result<Arc<Prediction>, EvalError> {
-        self.recent.get_or_make(theta, || {
-            let (matrices, modes) = self.solve(theta)?;
-            self.predict_of(theta, matrices, modes)
-        })
+        self.recent.get_or_make(theta, || self.predict_anew(theta))
+    }
+
+    /// The same, found anew and not remembered: for one that is kept, so that the matrices of a large model are there once.
+    pub fn predict_anew(&self, theta: &[f64]) -> Result<Prediction, EvalError> {
+        let (matrices, modes) = self.solve(theta)?;
+        self.predict_of(theta, matrices, modes)
     }
 
     fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {

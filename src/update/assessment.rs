@@ -168,7 +168,7 @@ pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> 
 
 /// Compares at θ.
 pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, UpdateError> {
-    let prediction = Prediction::clone(&*comparison.predict(theta)?);
+    let prediction = comparison.predict_anew(theta)?;
     let model = comparison.model();
     let test = comparison.test();
     let named = name_modes(model, theta, &prediction.modes).map_err(|e| CorrelationError::Model(e.to_string()))?;
