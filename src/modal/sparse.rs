@@ -138,7 +138,7 @@ fn rounding_or(error: LinalgError, plan: &SparsePlan, stiffness: &SparseSym, mas
     }
 }
 
-/// [`super::mode_derivative`] for sparse matrices; of one mode of a cluster [`super::cluster_derivative`].
+/// [`super::mode_derivative`] for sparse matrices, of one mode of a cluster too.
 ///
 /// ```text
 /// (K - λM) z = -(∂K - λ∂M - ∂λ M) φ,   ∂φ = z - ½ φᵀ ∂M φ φ,   z M-orthogonal to the cluster

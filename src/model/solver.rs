@@ -255,7 +255,7 @@ impl ModalSolver {
         }
     }
 
-    /// Derivatives of modes of clusters of (nearly) equal λ, as [`modal::cluster_derivative`].
+    /// Derivatives of modes of clusters of (nearly) equal λ.
     ///
     /// * `matrices`, `modes` - of [`Self::solve`] at one θ, shapes in any basis of the cluster
     /// * `slopes` - of [`Matrices::derivative`] at the same θ
