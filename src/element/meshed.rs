@@ -4,15 +4,15 @@ use super::ElementError;
 
 /// An element of a mesh: a unit struct and its [`super::Element`], from the `kernel` and the `material` beside it.
 ///
-/// Name, number of nodes and dofs of each, summary, its text and the one of its kind, what the kernel integrates, samples.
+/// Name, number of nodes and dofs of each, summary, its text and the one of its kind, what the kernel integrates, samples, and what is its own.
 macro_rules! meshed {
     (
-        $type:ident, $name:literal, [$dofs:path; $nodes:literal], $summary:literal,
-        [$text:literal, $common:literal], $integrated:expr, $samples:expr
+        $vis:vis $type:ident, $name:literal, [$dofs:path; $nodes:literal], $summary:literal,
+        [$text:literal, $common:literal], $integrated:expr, $samples:expr $(, $own:item)?
     ) => {
         #[doc = include_str!($text)]
         #[derive(Debug, Clone, Copy)]
-        pub struct $type;
+        $vis struct $type;
 
         impl crate::element::Element for $type {
             fn name(&self) -> &'static str {
@@ -92,6 +92,8 @@ macro_rules! meshed {
             fn samples(&self) -> Vec<crate::element::Sample> {
                 $samples
             }
+
+            $($own)?
         }
     };
 }

@@ -212,6 +212,15 @@ pub trait Element: fmt::Debug + Send + Sync {
         Ok(Vec::new())
     }
 
+    /// The same element where some of its edges are shared with neighbours whose edges stay straight. `None`, the default, for one whose edges
+    /// are straight in any case: they do not bend with the rotations of their ends.
+    ///
+    /// * `straight` - for the edge from each corner to the next
+    fn beside(&self, straight: &[bool]) -> Option<&'static dyn Element> {
+        let _ = straight;
+        None
+    }
+
     /// (y, z) of the line on which the mass lies, from the line between the nodes, m; of an element along its nodes.
     fn mass_axis(&self, input: &ElementInput<'_>) -> [f64; 2] {
         let _ = input;

@@ -177,3 +177,63 @@ fn mistakes_about_a_mesh_have_their_places() {
     let problems = read(&format!("{MESH}{support}"), &mesh[..mesh.len() / 2]).unwrap_err();
     assert!(problems.iter().any(|p| p.message.contains("`plate.msh`: line")), "{problems:#?}");
 }
+
+/// A thick plate, clamped at one side and held in its plane, of quadrilaterals or of patches of four triangles around a quadrilateral.
+fn plate_in_its_plane(n: [usize; 2], patches: bool) -> Model {
+    let mut text = String::from("retune: 1\nname: plate\n");
+    text += SKIN;
+    let (mut nodes, mut elements) = (String::new(), String::new());
+    let corner = |i: usize, j: usize| i % 2 == 1 && j % 2 == 1;
+    for i in 0..=2 * n[0] {
+        for j in 0..=2 * n[1] {
+            if !(patches && corner(i, j)) {
+                writeln!(nodes, "  n{i}_{j}: [{} mm, {} mm, 0 mm]", 200 * i / n[0], 150 * j / n[1]).unwrap();
+            }
+        }
+    }
+    let mut add = |kind: &str, at: &[[usize; 2]]| {
+        let names: Vec<String> = at.iter().map(|[i, j]| format!("n{i}_{j}")).collect();
+        let count = elements.lines().count();
+        writeln!(elements, "  e{count}: {{type: {kind}, nodes: [{}], section: alu}}", names.join(", ")).unwrap();
+    };
+    for i in (0..2 * n[0]).step_by(2) {
+        for j in (0..2 * n[1]).step_by(2) {
+            if patches {
+                let [a, b, c, d] = [[i + 1, j], [i + 2, j + 1], [i + 1, j + 2], [i, j + 1]];
+                add("shell4", &[a, b, c, d]);
+                add("shell3", &[[i, j], a, d]);
+                add("shell3", &[[i + 2, j], b, a]);
+                add("shell3", &[[i + 2, j + 2], c, b]);
+                add("shell3", &[[i, j + 2], d, c]);
+            } else {
+                for [i, j] in [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]] {
+                    add("shell4", &[[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]]);
+                }
+            }
+        }
+    }
+    write!(text, "nodes:\n{nodes}elements:\n{elements}supports:\n").unwrap();
+    for i in 0..=2 * n[0] {
+        for j in 0..=2 * n[1] {
+            let fixed = if i == 0 { "[ux, uy, uz, rx, ry, rz]" } else { "[uz, rx, ry]" };
+            if !(patches && corner(i, j)) {
+                writeln!(text, "  s{i}_{j}: {{node: n{i}_{j}, fixed: {fixed}}}").unwrap();
+            }
+        }
+    }
+    load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{p:#?}")).0
+}
+
+/// Triangles bend at their edges in their plane and quadrilaterals do not: side by side they converge, as they do alone.
+#[test]
+fn triangles_among_quadrilaterals_converge_in_their_plane() {
+    let exact = frequencies(&plate_in_its_plane([10, 6], false));
+    let errors = |n: [usize; 2]| -> Vec<f64> {
+        let found = frequencies(&plate_in_its_plane(n, true));
+        exact.iter().zip(found).map(|(exact, f)| (f / exact - 1.0).abs()).collect()
+    };
+    let (coarse, fine) = (errors([4, 3]), errors([8, 6]));
+    for mode in 0..3 {
+        assert!(fine[mode] < 0.02 && fine[mode] < 0.5 * coarse[mode], "mode {mode}: {coarse:?}, {fine:?}");
+    }
+}

@@ -1,6 +1,7 @@
 //! From the entries of the file to placed elements: nodes, axes, and property values as functions of θ.
 
 mod axes;
+mod edges;
 mod ends;
 mod lumps;
 mod mesh;
@@ -86,11 +87,12 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     placer.ties();
     placer.overrides();
     placer.supports();
-    let Placer { geometry, elements, sets, compliances, rows, sites, mesh_parts, patches, .. } = placer;
+    let Placer { geometry, mut elements, sets, compliances, rows, sites, mesh_parts, patches, .. } = placer;
     let mut sites = sites;
     sites.sort_unstable();
     sites.dedup();
     axes::check(&elements, &parameters, problems);
+    edges::straighten(&mut elements);
     Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named }
 }
 

@@ -82,15 +82,16 @@ fn samples(flat: &[[f64; 3]], area: f64, warped: &[[f64; 3]], warped_area: f64) 
 
 /// A shell element, from the functions of its plane.
 macro_rules! shell {
-    ($type:ident, $name:literal, $nodes:literal, $summary:literal, $text:literal) => {
+    ($vis:vis $type:ident, $name:literal, $nodes:literal, $summary:literal, $text:literal, $plane:expr $(, $own:item)?) => {
         crate::element::meshed::meshed!(
-            $type,
+            $vis $type,
             $name,
             [super::ALL; $nodes],
             $summary,
             [$text, "shell.md"],
-            PLANE,
+            $plane,
             samples()
+            $(, $own)?
         );
     };
 }

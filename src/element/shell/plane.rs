@@ -48,6 +48,8 @@ pub(super) struct Plane {
     pub(super) within: Within,
     /// What resists the rotations about the normal beside the strains of the membrane.
     pub(super) drilling: fn(&Flat<'_>, &Section, &mut DMatrix<f64>) -> Result<(), ElementError>,
+    /// Edges 1-2, 2-3, 3-1 of a triangle that stay straight although the others bend with the rotations of their ends.
+    pub(super) straight: [bool; 3],
     /// Covariant transverse shears along ξ and η, assumed from tying points.
     pub(super) shear: fn(&Flat<'_>, [f64; 2]) -> [Row; 2],
     /// α of the transverse shear stiffness times t²/(t² + α h²), h the longest edge.

@@ -1,7 +1,6 @@
 //! The `shell3` element. Equations, limits and sources: `shell3.md`, the documentation of [`Shell3`].
 
-use super::super::ElementError;
-use super::super::Sample;
+use super::super::{Element, ElementError, Sample};
 use super::kernel::add_energy;
 use super::material::Section;
 use super::plane::{DOFS, Flat, Local, MOST, Plane, Point, Row};
@@ -25,8 +24,13 @@ fn edges(flat: &Flat<'_>) -> ([[f64; 2]; 3], f64) {
 /// α of the mean strains: how much of the edges' displacement across them follows from the rotations of their ends.
 const ALPHA: f64 = 1.5;
 
+/// Whether an edge, opposite node k, bends with the rotations of its ends.
+fn bends(flat: &Flat<'_>, k: usize) -> bool {
+    !flat.plane.straight[(k + 1) % 3]
+}
+
 /// The mean strains of an edge that is a cubic: ∫ n u ds over the area, with the displacement along an edge linear and that across it by Hermite's
-/// functions, α of the rotations.
+/// functions, α of the rotations; of one that stays straight none of them.
 fn membrane(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
     let (edge, twice) = edges(flat);
     let mut rows = [[0.0; MOST]; 3];
@@ -35,11 +39,13 @@ fn membrane(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
         (rows[0][DOFS * i], rows[1][DOFS * i + 1]) = (x, y);
         (rows[2][DOFS * i], rows[2][DOFS * i + 1]) = (y, x);
         // Both edges at the node: (i+2)%3 begins there, (i+1)%3 ends there.
-        let ([ax, ay], [bx, by]) = (edge[(i + 1) % 3], edge[(i + 2) % 3]);
-        let third = ALPHA / (6.0 * twice);
-        rows[0][DOFS * i + 5] = third * (ay * ay - by * by);
-        rows[1][DOFS * i + 5] = third * (ax * ax - bx * bx);
-        rows[2][DOFS * i + 5] = 2.0 * third * (bx * by - ax * ay);
+        for (k, sign) in [((i + 1) % 3, 1.0), ((i + 2) % 3, -1.0)] {
+            let [x, y] = edge[k];
+            let third = if bends(flat, k) { sign * ALPHA / (6.0 * twice) } else { 0.0 };
+            rows[0][DOFS * i + 5] += third * y * y;
+            rows[1][DOFS * i + 5] += third * x * x;
+            rows[2][DOFS * i + 5] -= 2.0 * third * x * y;
+        }
     }
     rows
 }
@@ -100,7 +106,7 @@ fn strains(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
         (rows[0][DOFS * i], rows[1][DOFS * i + 1]) = (x, y);
         (rows[2][DOFS * i], rows[2][DOFS * i + 1]) = (y, x);
     }
-    for (k, [x, y]) in edge.into_iter().enumerate() {
+    for (k, [x, y]) in edge.into_iter().enumerate().filter(|(k, _)| bends(flat, *k)) {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let slope = [0, 1].map(|a: usize| 0.5 * (at.n[i] * at.d[j][a] + at.n[j] * at.d[i][a]));
         for (node, sign) in [(i, 1.0), (j, -1.0)] {
@@ -116,7 +122,7 @@ fn strains(flat: &Flat<'_>, _: [f64; 2], at: &Local) -> [Row; 3] {
 fn within(flat: &Flat<'_>, _: [f64; 2], at: &Local, _: Option<&DMatrix<f64>>) -> Result<[Row; 3], ElementError> {
     let (edge, _) = edges(flat);
     let mut rows = [[0.0; MOST]; 3];
-    for (k, [x, y]) in edge.into_iter().enumerate() {
+    for (k, [x, y]) in edge.into_iter().enumerate().filter(|(k, _)| bends(flat, *k)) {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let factor = 0.5 * at.n[i] * at.n[j];
         for (node, f) in [(i, factor), (j, -factor)] {
@@ -147,17 +153,23 @@ fn three() -> Vec<Point> {
     [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]].map(|p| (p, 1.0 / 6.0)).to_vec()
 }
 
-static PLANE: Plane = Plane {
-    corner,
-    membrane,
-    modes: None,
-    strains: Some(strains),
-    within,
-    drilling,
-    shear,
-    softening: 0.1,
-    rules: [one, three, three],
-};
+/// The element with edges 1-2, 2-3 and 3-1 straight where a bit of a number is set, the lowest for 1-2.
+const fn plane(straight: usize) -> Plane {
+    Plane {
+        corner,
+        membrane,
+        modes: None,
+        strains: Some(strains),
+        within,
+        drilling,
+        straight: [straight & 1 != 0, straight & 2 != 0, straight & 4 != 0],
+        shear,
+        softening: 0.1,
+        rules: [one, three, three],
+    }
+}
+
+static PLANES: [Plane; 8] = [plane(0), plane(1), plane(2), plane(3), plane(4), plane(5), plane(6), plane(7)];
 
 fn samples() -> Vec<Sample> {
     let flat = [[0.0, 0.0, 0.0], [0.2, 0.02, 0.0], [0.03, 0.15, 0.0]];
@@ -165,10 +177,38 @@ fn samples() -> Vec<Sample> {
     super::samples(&flat, 0.5 * (0.2 * 0.15 - 0.02 * 0.03), &tilted, 0.5 * 0.2 * 0.15)
 }
 
-shell!(
-    Shell3,
-    "shell3",
-    3,
-    "A flat shell of three nodes: membrane with drilling, bending that does not lock.",
-    "shell3.md"
-);
+/// The element beside neighbours whose edges are straight, and the type of each combination of such edges.
+macro_rules! shells {
+    ($($straight:literal $vis:vis $type:ident)*) => {
+        $(shell!(
+            $vis $type,
+            "shell3",
+            3,
+            "A flat shell of three nodes: membrane with drilling, bending that does not lock.",
+            "shell3.md",
+            PLANES[$straight],
+            fn beside(&self, straight: &[bool]) -> Option<&'static dyn Element> {
+                Some(with_straight(straight))
+            }
+        );)*
+
+        fn with_straight(straight: &[bool]) -> &'static dyn Element {
+            let number = straight.iter().rev().fold(0, |number, &is| 2 * number + usize::from(is));
+            match number {
+                $($straight => &$type,)*
+                _ => &Shell3,
+            }
+        }
+    };
+}
+
+shells! {
+    0 pub Shell3
+    1 First
+    2 Second
+    3 FirstAndSecond
+    4 Third
+    5 FirstAndThird
+    6 SecondAndThird
+    7 AllThree
+}

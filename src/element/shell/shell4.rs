@@ -185,6 +185,7 @@ static PLANE: Plane = Plane {
     strains: None,
     within,
     drilling,
+    straight: [false; 3],
     shear,
     softening: 0.0,
     rules: [two; 3],
@@ -198,9 +199,10 @@ fn samples() -> Vec<Sample> {
 }
 
 shell!(
-    Shell4,
+    pub Shell4,
     "shell4",
     4,
     "A shell of four nodes, flat or warped: membrane with drilling, and bending, that do not lock.",
-    "shell4.md"
+    "shell4.md",
+    PLANE
 );

@@ -15,22 +15,36 @@ fn values(element: &dyn Element, given: &[(&str, f64)]) -> Vec<Option<f64>> {
 /// MacNeal and Harder's patch: a rectangle of 0.24 x 0.12 with four nodes inside, as five quadrilaterals or ten triangles.
 const PATCH: [[f64; 2]; 8] =
     [[0.0, 0.0], [0.24, 0.0], [0.24, 0.12], [0.0, 0.12], [0.04, 0.02], [0.18, 0.03], [0.16, 0.08], [0.08, 0.08]];
+const KINDS: [&str; 3] = ["shell3", "shell4", "mixed"];
 const QUADS: [[usize; 4]; 5] = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]];
 
+/// Its elements: quadrilaterals, triangles, or a quadrilateral in the middle with triangles around it, which know that its edges are straight.
+fn parts_of(kind: &str) -> Vec<(&'static dyn Element, Vec<usize>)> {
+    let halves = |q: &[usize; 4]| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]];
+    let triangle = |part: Vec<usize>| {
+        let is_inner = |k: usize| kind == "mixed" && part[k] >= 4 && part[(k + 1) % 3] >= 4;
+        (Shell3.beside(&[0, 1, 2].map(is_inner)).unwrap(), part)
+    };
+    match kind {
+        "shell4" => QUADS.iter().map(|q| (&Shell4 as &dyn Element, q.to_vec())).collect(),
+        "shell3" => QUADS.iter().flat_map(halves).map(triangle).collect(),
+        _ => {
+            let inner = std::iter::once((&Shell4 as &dyn Element, QUADS[4].to_vec()));
+            QUADS[..4].iter().flat_map(halves).map(triangle).chain(inner).collect()
+        }
+    }
+}
+
 /// The patch in a plane that is turned in space, its stiffness and the turned nodes.
-fn patch(element: &dyn Element) -> (DMatrix<f64>, Vec<[f64; 3]>, [[f64; 3]; 3]) {
+fn patch(kind: &str) -> (DMatrix<f64>, Vec<[f64; 3]>, [[f64; 3]; 3]) {
     let (a, b): (f64, f64) = (0.4, 0.7);
     let x = [a.cos(), a.sin() * b.cos(), a.sin() * b.sin()];
     let z = [0.0, -b.sin(), b.cos()];
     let y = [z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]];
     let at: Vec<[f64; 3]> = PATCH.iter().map(|p| std::array::from_fn(|i| p[0] * x[i] + p[1] * y[i])).collect();
-    let values = values(element, &[("E", E), ("nu", NU), ("thickness", THICKNESS)]);
     let mut k = DMatrix::zeros(48, 48);
-    let parts: Vec<Vec<usize>> = match element.nodes().len() {
-        4 => QUADS.iter().map(|q| q.to_vec()).collect(),
-        _ => QUADS.iter().flat_map(|q| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]]).collect(),
-    };
-    for part in parts {
+    for (element, part) in parts_of(kind) {
+        let values = values(element, &[("E", E), ("nu", NU), ("thickness", THICKNESS)]);
         let points: Vec<[f64; 3]> = part.iter().map(|&n| std::array::from_fn(|i| at[n][i] - at[part[0]][i])).collect();
         let own = element.stiffness(&ElementInput { points: &points, values: &values }).unwrap();
         for i in 0..own.n() {
@@ -43,8 +57,8 @@ fn patch(element: &dyn Element) -> (DMatrix<f64>, Vec<[f64; 3]>, [[f64; 3]; 3]) 
 }
 
 /// Solves the patch with the dofs of the four outer nodes given and the inner ones free, and compares with the field.
-fn holds(element: &dyn Element, field: impl Fn(f64, f64) -> [f64; 6], energy: f64) {
-    let (k, _, axes) = patch(element);
+fn holds(kind: &str, field: impl Fn(f64, f64) -> [f64; 6], energy: f64) {
+    let (k, _, axes) = patch(kind);
     let mut exact = DVector::zeros(48);
     for (n, p) in PATCH.iter().enumerate() {
         let local = field(p[0], p[1]);
@@ -57,28 +71,28 @@ fn holds(element: &dyn Element, field: impl Fn(f64, f64) -> [f64; 6], energy: f6
     let found = inner.lu().solve(&load).unwrap();
     // Forces are exact to rounding; displacements lose what the softest motion, the drilling of a corner, is softer than the membrane: (t/h)² and its share.
     let rest = (&k * &exact).rows(24, 24).amax() / (k.amax() * exact.amax());
-    assert!(rest < 1e-13, "{}: forces at inner nodes {rest:e}", element.name());
+    assert!(rest < 1e-13, "{kind}: forces at inner nodes {rest:e}");
     let error = (&found - exact.rows(24, 24)).amax() / exact.amax();
-    assert!(error < 1e-7, "{}: inner nodes {error:e}", element.name());
+    assert!(error < 1e-7, "{kind}: inner nodes {error:e}");
     let stored = 0.5 * exact.dot(&(&k * &exact));
-    assert!((stored / energy - 1.0).abs() < 1e-8, "{}: energy {}", element.name(), stored / energy);
+    assert!((stored / energy - 1.0).abs() < 1e-8, "{kind}: energy {}", stored / energy);
 }
 
 /// u = 1e-3 (x + y/2), v = 1e-3 (y + x/2), with the drilling rotation of the field (none): stresses 1333 and 400 in the published units.
 #[test]
 fn the_membrane_passes_the_patch_test() {
-    for element in [&Shell3 as &dyn Element, &Shell4] {
+    for kind in KINDS {
         let (a, g) = (E / (1.0 - NU * NU), E / (2.0 * (1.0 + NU)));
         let density = 0.5 * (a * (2.0 + 2.0 * NU) * 1e-6 + g * 1e-6);
         let field = |x: f64, y: f64| [1e-3 * (x + 0.5 * y), 1e-3 * (y + 0.5 * x), 0.0, 0.0, 0.0, 0.0];
-        holds(element, field, density * THICKNESS * 0.24 * 0.12);
+        holds(kind, field, density * THICKNESS * 0.24 * 0.12);
     }
 }
 
 /// w = 1e-3 (x² + x y + y²)/2 with θx = ∂w/∂y, θy = -∂w/∂x: constant curvature and no transverse shear.
 #[test]
 fn the_plate_passes_the_patch_test() {
-    for element in [&Shell3 as &dyn Element, &Shell4] {
+    for kind in KINDS {
         let d = E * THICKNESS.powi(3) / (12.0 * (1.0 - NU * NU));
         // κxx = κyy = -1e-3, κxy = -1e-3 (twice the twist).
         let density = 0.5 * d * (2.0 + 2.0 * NU + 0.5 * (1.0 - NU)) * 1e-6;
@@ -86,8 +100,20 @@ fn the_plate_passes_the_patch_test() {
             let (wx, wy) = (1e-3 * (x + 0.5 * y), 1e-3 * (y + 0.5 * x));
             [0.0, 0.0, 0.5e-3 * (x * x + x * y + y * y), wy, -wx, 0.0]
         };
-        holds(element, field, density * 0.24 * 0.12);
+        holds(kind, field, density * 0.24 * 0.12);
     }
+}
+
+/// What a triangle with straight edges has is what one with edges that bend has: rigid motions without force, frames, the mass.
+#[test]
+fn triangles_beside_straight_edges_conform() {
+    for number in 0..8 {
+        let straight = [0, 1, 2].map(|k| number >> k & 1 == 1);
+        let element = Shell3.beside(&straight).unwrap();
+        assert_eq!(crate::element::conformance::check(element), Ok(()), "{straight:?}");
+        assert_eq!(element.name(), "shell3");
+    }
+    assert!(Shell4.beside(&[true; 4]).is_none());
 }
 
 /// MacNeal and Harder's straight beam of six rectangular elements, clamped, with a force at its tip (R. H. MacNeal, R. L. Harder, A proposed

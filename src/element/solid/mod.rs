@@ -120,7 +120,7 @@ fn sample(nodes: &[[f64; 3]], parent_volume: f64) -> [Sample; 3] {
 macro_rules! solid {
     ($type:ident, $name:literal, $nodes:literal, $summary:literal, $text:literal, $volume:expr) => {
         crate::element::meshed::meshed!(
-            $type,
+            pub $type,
             $name,
             [super::TRANSLATIONS; $nodes],
             $summary,

@@ -5,6 +5,7 @@ use super::importer::{Importer, Solver, Values};
 use super::layers;
 use crate::deck::{DeckError, Keyword};
 use crate::exchange::motions::angle_from_global;
+use crate::exchange::patches;
 use crate::exchange::system::Quantity as Q;
 use crate::exchange::text::computed;
 use crate::model::{plus, unit};
@@ -140,7 +141,8 @@ pub(super) fn section(
             Ok(values)
         })?;
         let (names, points) = (importer.node_names(*at), importer.points(*at));
-        for (part, (element, order)) in kind.becomes.iter().enumerate() {
+        let becomes = if kind.nodes == 8 { patches::quadrilateral(&points) } else { kind.becomes };
+        for (part, (element, order)) in becomes.iter().enumerate() {
             let nodes: Vec<&str> = order.iter().map(|i| names[*i].as_str()).collect();
             let mut values = vec![
                 ("type".to_string(), (*element).to_string()),

@@ -46,7 +46,11 @@ fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), Dec
     // Quadrilaterals have their thicknesses before the direction of the material, triangles behind it.
     let fields = if corners == 4 { [16, 17, 12] } else { [10, 11, 12] };
     let (patch, count): (Patch, usize) = match (corners, given) {
-        (4, 4) => (patches::QUADRILATERAL, 8),
+        (4, 4) => {
+            let grids: Result<Vec<_>, _> = (4..12).map(|n| importer.grid(card, n, "G")).collect();
+            let points: Vec<[f64; 3]> = grids?.iter().map(|g| g.1.position).collect();
+            (patches::quadrilateral(&points), 8)
+        }
         (3, 3) => (patches::TRIANGLE, 6),
         (4, 0) => (&[("shell4", &[0, 1, 2, 3])], 4),
         (3, 0) => (&[("shell3", &[0, 1, 2])], 3),
