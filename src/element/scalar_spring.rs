@@ -10,6 +10,7 @@ pub struct ScalarSpring;
 const PROPERTIES: &[Property] = &[
     Property::new("k", "N/m", Domain::NonNegative, "stiffness against δ"),
     Property::new("c", "N s/m", Domain::NonNegative, "dashpot against the rate of δ"),
+    Property::new("m", "kg", Domain::NonNegative, "inertance: force by the acceleration of δ"),
     Property::new("a_ux", "1", Domain::Any, "factor of ux at node 1 (default 0)"),
     Property::new("a_uy", "1", Domain::Any, "factor of uy at node 1 (default 0)"),
     Property::new("a_uz", "1", Domain::Any, "factor of uz at node 1 (default 0)"),
@@ -47,7 +48,7 @@ impl Element for ScalarSpring {
     }
 
     fn summary(&self) -> &'static str {
-        "A spring and a dashpot between one combination of dofs of a node and one of another, without arms."
+        "A spring, a dashpot and an inerter between one combination of dofs of a node and one of another, without arms."
     }
 
     fn theory(&self) -> &'static str {
@@ -73,7 +74,7 @@ impl Element for ScalarSpring {
 
     fn mass(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
         input.check(self)?;
-        Ok(SymMatrix::zeros(12))
+        square(input, value!(input, m))
     }
 
     fn damping(&self, input: &ElementInput<'_>) -> Result<SymMatrix, ElementError> {
@@ -89,6 +90,7 @@ impl Element for ScalarSpring {
         let given = vec![
             ("k", 2e4),
             ("c", 30.0),
+            ("m", 0.4),
             ("a_ux", -1.0),
             ("a_uy", 0.2),
             ("a_uz", 0.3),

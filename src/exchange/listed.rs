@@ -232,7 +232,7 @@ fn offsets(all: &[Numbering], prefix: &str) -> [u64; 2] {
 }
 
 /// The least number of one digit and zeros that is above another: the next instance begins at what is easily subtracted.
-fn round_above(n: u64) -> Option<u64> {
+pub(super) fn round_above(n: u64) -> Option<u64> {
     let step = 10_u64.checked_pow(n.max(1).ilog10())?;
     (n / step + 1).checked_mul(step)
 }

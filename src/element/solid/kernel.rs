@@ -113,15 +113,33 @@ pub(super) fn enriched(
     let extra = if family.enrichment == Enrichment::IncompatibleModes { 3 } else { 0 };
     let size = 3 * (points.len() + extra);
     let mut k = vec![0.0; size * size];
+    if family.enrichment == Enrichment::Hourglass {
+        let (gradients, volume) = mean_gradients(family, points)?;
+        add_energy(&mut k, size, &gradients, d, volume);
+        add_hourglass(&mut k, size, points, (&gradients, volume), d);
+        return Ok((k, size));
+    }
     let middle = middle(family, points)?;
     for at in &family.stiffness {
         let (gradients, w) = enriched_gradients(at, points, middle.as_ref())?;
         add_energy(&mut k, size, &gradients, d, w);
     }
-    if family.enrichment == Enrichment::Hourglass {
-        add_hourglass(&mut k, size, points, d)?;
-    }
     Ok((k, size))
+}
+
+/// ∂N/∂x in the mean over the element, and its volume, both exact by the points of the mass. Those of the centre differ on distorted elements, where
+/// their forces are not those of a constant stress.
+pub(super) fn mean_gradients(family: &Family, points: &[[f64; 3]]) -> Result<(Vec<[f64; 3]>, f64), ElementError> {
+    let (mut mean, mut volume) = (vec![[0.0; 3]; points.len()], 0.0);
+    for at in &family.mass {
+        let (gradients, w) = gradients(at, points)?;
+        volume += w;
+        for (mean, g) in mean.iter_mut().zip(gradients) {
+            (0..3).for_each(|axis| mean[axis] += w * g[axis]);
+        }
+    }
+    mean.iter_mut().flatten().for_each(|v| *v /= volume);
+    Ok((mean, volume))
 }
 
 /// ∂N/∂x of every function and, behind them, of every incompatible mode, and the element of volume.
@@ -213,14 +231,15 @@ const HOURGLASS_SHARE: f64 = 0.005;
 /// # Source
 /// D. P. Flanagan, T. Belytschko, A uniform strain hexahedron and quadrilateral with orthogonal hourglass control, Int. J. Numer.
 /// Meth. Engng 17 (1981) 679-706, stiffness form.
+///
+/// * `g`, `volume` - of [`mean_gradients`]
 pub(super) fn add_hourglass(
     k: &mut [f64],
     size: usize,
     points: &[[f64; 3]],
+    (g, volume): (&[[f64; 3]], f64),
     d: &Elasticity,
-) -> Result<(), ElementError> {
-    let at = At::new(super::hex8::shape, [0.0; 3], 8.0);
-    let (g, volume) = gradients(&at, points)?;
+) {
     let modulus = (d[3][3] + d[4][4] + d[5][5]) / 3.0;
     let squares: f64 = g.iter().flatten().map(|v| v * v).sum();
     // γᵀ/√8 on both sides of ½.
@@ -236,7 +255,6 @@ pub(super) fn add_hourglass(
             }
         }
     }
-    Ok(())
 }
 
 /// Mass, (6 nodes) x (6 nodes), zero at rotations: (1 - s) ∫ ρ N_i N_j dV + s × the lumped one, ∫ ρ N_i dV of first order, which keeps the

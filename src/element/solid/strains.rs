@@ -2,7 +2,7 @@
 
 use super::super::ElementError;
 use super::super::strain_field::{StrainField, StrainPoint};
-use super::kernel::{Middle, add_hourglass, consistent, enriched, enriched_gradients, middle, strain};
+use super::kernel::{Middle, add_hourglass, consistent, enriched, enriched_gradients, mean_gradients, middle, strain};
 use super::material::{self, elasticity, mass_of};
 use super::{At, Enrichment, Family, Input, rules};
 use crate::linalg::{DMatrix, SymMatrix};
@@ -38,7 +38,7 @@ pub(super) fn strain_field(family: &Family, input: &Input<'_>) -> Result<Option<
         points.push(StrainPoint { is_sample: is_one_rule, ..own });
     }
     if is_constant {
-        let rows = points[0].rows.clone();
+        let rows = rows(&mean_gradients(family, input.points)?.0, n, None);
         for p in &mut points {
             p.rows.clone_from(&rows);
         }
@@ -76,7 +76,8 @@ fn hourglass(
     }
     let size = 3 * points.len();
     let mut k = vec![0.0; size * size];
-    add_hourglass(&mut k, size, points, d)?;
+    let (gradients, volume) = mean_gradients(family, points)?;
+    add_hourglass(&mut k, size, points, (&gradients, volume), d);
     let mut out = SymMatrix::zeros(2 * size);
     for i in 0..size {
         for j in 0..=i {
@@ -89,6 +90,13 @@ fn hourglass(
 fn point(at: &At, points: &[[f64; 3]], added: Option<&Added>) -> Result<StrainPoint, ElementError> {
     let n = points.len();
     let (gradients, weight) = enriched_gradients(at, points, added.map(|a| &a.middle))?;
+    let rows = rows(&gradients, n, added);
+    let place = |i: usize| at.n.iter().zip(points).map(|(n, p)| n * p[i]).sum();
+    Ok(StrainPoint { at: std::array::from_fn(place), n: at.n.clone(), weight, is_sample: false, rows })
+}
+
+/// Strains by the dofs, from the gradients of the functions of `n` nodes and of incompatible modes behind them.
+fn rows(gradients: &[[f64; 3]], n: usize, added: Option<&Added>) -> [Vec<f64>; 6] {
     let mut rows: [Vec<f64>; 6] = std::array::from_fn(|_| vec![0.0; 6 * n]);
     for (k, g) in gradients.iter().enumerate() {
         for axis in 0..3 {
@@ -103,8 +111,7 @@ fn point(at: &At, points: &[[f64; 3]], added: Option<&Added>) -> Result<StrainPo
             }
         }
     }
-    let place = |i: usize| at.n.iter().zip(points).map(|(n, p)| n * p[i]).sum();
-    Ok(StrainPoint { at: std::array::from_fn(place), n: at.n.clone(), weight, is_sample: false, rows })
+    rows
 }
 
 /// ∫ ρ (N + b)ᵀ (N + b) dV, b = Σ (1 - ξ²) α the displacements of the incompatible modes.

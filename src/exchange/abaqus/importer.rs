@@ -6,13 +6,15 @@ use super::scopes::{At, Gathered, own};
 use super::tied::Tied;
 use crate::deck::{DeckError, Keyword, KeywordDeck};
 use crate::exchange::imported::{ImportOptions, KeyedBound, KeyedOrigins};
+use crate::exchange::listed::round_above;
 use crate::exchange::names::{Taken, heading, slug};
+use crate::exchange::patches;
 use crate::exchange::report::ImportReport;
 use crate::exchange::system::Quantity;
 use crate::exchange::text::{computed, exact, with_unit};
 use crate::exchange::writer::{Block, Writer};
 use std::cell::RefCell;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 pub(super) use crate::exchange::imported::Solver;
 
@@ -47,6 +49,9 @@ pub(super) struct Importer<'a> {
     pub groups: Vec<(String, Vec<String>, bool)>,
     pub ties: Vec<Tied>,
     pub tied: HashMap<At, bool>,
+    /// Nodes in the middle of shells of eight nodes, and above which number those of an instance stand.
+    middles: HashSet<String>,
+    above: HashMap<u32, u64>,
     pub origins: KeyedOrigins,
     /// The keyword of the masses or springs that are being written.
     pub point: Option<usize>,
@@ -91,6 +96,8 @@ impl<'a> Importer<'a> {
             groups: Vec::new(),
             ties: Vec::new(),
             tied: HashMap::new(),
+            middles: HashSet::new(),
+            above: HashMap::new(),
             origins: KeyedOrigins::default(),
             point: None,
             bounds: RefCell::default(),
@@ -169,6 +176,22 @@ impl<'a> Importer<'a> {
     pub(super) fn node_name(&self, at: At) -> String {
         let id = self.all.body(at.instance).nodes[at.index as usize].0;
         format!("{}n{id}", self.prefixes[at.instance as usize])
+    }
+
+    /// The node in the middle of a shell of eight nodes, which the deck has not: called as the others, above the largest of them.
+    pub(super) fn middle(&mut self, at: At, place: [f64; 3]) -> String {
+        let instance = self.nodes_of(at)[0].instance;
+        let largest = self.all.body(instance).nodes.iter().map(|n| n.0).max().unwrap_or(0);
+        let above = *self.above.entry(instance).or_insert_with(|| round_above(largest.into()).unwrap_or_default());
+        let mut number = above + u64::from(self.id_of(at));
+        let name = |number: u64| format!("{}n{number}", self.prefixes[instance as usize]);
+        while !self.middles.insert(name(number)) {
+            number += 1;
+        }
+        let name = name(number);
+        let value = self.lengths(place);
+        self.out.node(&name, &value, Some(place), patches::CENTRE);
+        name
     }
 
     /// Number of an element.

@@ -140,9 +140,13 @@ pub(super) fn section(
             }
             Ok(values)
         })?;
-        let (names, points) = (importer.node_names(*at), importer.points(*at));
-        let becomes = if kind.nodes == 8 { patches::quadrilateral(&points) } else { kind.becomes };
-        for (part, (element, order)) in becomes.iter().enumerate() {
+        let (mut names, mut points) = (importer.node_names(*at), importer.points(*at));
+        if kind.nodes == 8 {
+            let middle = patches::centre(&points);
+            names.push(importer.middle(*at, middle));
+            points.push(middle);
+        }
+        for (part, (element, order)) in kind.becomes.iter().enumerate() {
             let nodes: Vec<&str> = order.iter().map(|i| names[*i].as_str()).collect();
             let mut values = vec![
                 ("type".to_string(), (*element).to_string()),

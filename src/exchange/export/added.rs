@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 pub(super) fn write(work: &mut Work<'_>, base: &Model, updated: &Model) {
     let known: HashSet<&str> = base.elements().iter().map(|e| e.name.as_str()).collect();
     let theta = updated.parameters().nominal();
-    let mut added = Added { work, updated, numbers: HashMap::new() };
+    let mut added = Added { work, base, updated, numbers: HashMap::new() };
     for element in updated.elements().iter().filter(|e| !known.contains(e.name.as_str())) {
         added.element(element, &element.values_at(&theta));
     }
@@ -20,6 +20,7 @@ pub(super) fn write(work: &mut Work<'_>, base: &Model, updated: &Model) {
 
 struct Added<'a, 'b> {
     work: &'a mut Work<'b>,
+    base: &'a Model,
     updated: &'a Model,
     /// Numbers of grids that are added.
     numbers: HashMap<usize, u32>,
@@ -150,6 +151,12 @@ impl Added<'_, '_> {
         }
         if let Some(number) = self.numbers.get(&node) {
             return Some(*number);
+        }
+        if self.base.geometry().node(name).is_some() {
+            let text =
+                format!("{path}: node `{name}` is in the middle of an element of the deck, which has no grid there");
+            self.work.refuse(text);
+            return None;
         }
         if name.contains('/') {
             self.work.refuse(format!("{path}: node `{name}` is inside a divided element, which the deck has not"));

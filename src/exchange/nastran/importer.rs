@@ -115,6 +115,8 @@ pub(super) struct Importer<'a> {
     pub scalars: BTreeMap<u32, bool>,
     /// Nodes in the middle of edges without a grid that are written already.
     pub(super) middles: HashSet<String>,
+    /// Above which number nodes in the middle of shells of eight grids stand, once there is one.
+    pub(super) above: Option<u64>,
     /// Nodes whose displacements have axes of their own, by frame.
     pub turned: BTreeMap<String, Vec<String>>,
 }
@@ -168,6 +170,7 @@ impl<'a> Importer<'a> {
             elements: HashMap::new(),
             scalars: BTreeMap::new(),
             middles: HashSet::new(),
+            above: None,
             turned: BTreeMap::new(),
         };
         importer.look_ahead()?;

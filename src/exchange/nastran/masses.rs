@@ -1,7 +1,7 @@
 //! Masses on grids.
 
 use super::importer::{Importer, Space, Values};
-use super::springs::{ends, frame_of_grid};
+use super::springs::{between, ends, frame_of_grid, put_nested};
 use super::{CardRule, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
@@ -150,10 +150,12 @@ fn cmass<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     let end = match (importer.end(card, places[0], "G1")?, importer.end(card, places[1], "G2")?) {
         (Some(end), None) | (None, Some(end)) => end,
         (None, None) => return Err(card.error(Some((4, "G1")), "a mass needs a grid or a scalar point")),
-        (Some(_), Some(_)) => {
-            return Err(
-                card.error(Some((6, "G2")), "a mass between two grids couples their accelerations; it is not read")
-            );
+        // It couples their accelerations: force by the difference of both.
+        (Some(one), Some(second)) => {
+            let mut values = Values::default();
+            let of = (Q::Mass, importer.wtmass);
+            let m = put_nested(importer, &mut values, ("m", "m"), (&source, field, "M"), mass, of);
+            return between(importer, card, values, m, [&one, &second], property.as_ref());
         }
     };
     let component = end.component;

@@ -7,6 +7,7 @@ use super::{CardRule, laminates, read, refused, sandwiches, used};
 use crate::deck::{Card, DeckError};
 use crate::exchange::coord::Coord;
 use crate::exchange::imported::Bound;
+use crate::exchange::listed::round_above;
 use crate::exchange::motions::angle_from_global;
 use crate::exchange::patches::{self, Patch};
 use crate::exchange::system::Quantity as Q;
@@ -46,11 +47,7 @@ fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), Dec
     // Quadrilaterals have their thicknesses before the direction of the material, triangles behind it.
     let fields = if corners == 4 { [16, 17, 12] } else { [10, 11, 12] };
     let (patch, count): (Patch, usize) = match (corners, given) {
-        (4, 4) => {
-            let grids: Result<Vec<_>, _> = (4..12).map(|n| importer.grid(card, n, "G")).collect();
-            let points: Vec<[f64; 3]> = grids?.iter().map(|g| g.1.position).collect();
-            (patches::quadrilateral(&points), 8)
-        }
+        (4, 4) => (patches::QUADRILATERAL, 8),
         (3, 3) => (patches::TRIANGLE, 6),
         (4, 0) => (&[("shell4", &[0, 1, 2, 3])], 4),
         (3, 0) => (&[("shell3", &[0, 1, 2])], 3),
@@ -59,6 +56,21 @@ fn quadratic<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), Dec
     };
     importer.report.approximate(patches::DIFFERS);
     write(importer, card, corners, (patch, count), fields)
+}
+
+impl Importer<'_> {
+    /// The node in the middle of a shell of eight grids, which the deck has not: its number is above those of all grids.
+    fn middle_of(&mut self, card: &Card<'_>, at: [f64; 3]) -> Result<String, DeckError> {
+        let above = match self.above {
+            Some(above) => above,
+            None => round_above(self.grids.keys().max().map_or(0, |n| u64::from(*n))).unwrap_or_default(),
+        };
+        self.above = Some(above);
+        let name = format!("n{}", above + u64::from(card.id_at(2, "EID")?));
+        let place = self.lengths(at);
+        self.out.node(&name, &place, Some(at), patches::CENTRE);
+        Ok(name)
+    }
 }
 
 /// A fan of triangles around the first edge that has a grid: from there every other corner and edge is in sight.
@@ -96,7 +108,13 @@ fn write<'a>(
         grids.push(importer.grid(card, if is_used(i) { 4 + i } else { 4 }, "G")?);
     }
     let section = section(importer, &property)?;
-    let points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
+    let mut points: Vec<[f64; 3]> = grids.iter().map(|g| g.1.position).collect();
+    let mut names: Vec<String> = grids.into_iter().map(|g| g.0).collect();
+    if is_used(n_grids) {
+        let middle = patches::centre(&points);
+        names.push(importer.middle_of(card, middle)?);
+        points.push(middle);
+    }
     let normal_of = |at: &[usize]| {
         let p: Vec<[f64; 3]> = at.iter().map(|i| points[*i]).collect();
         let normal = match p.len() {
@@ -134,8 +152,8 @@ fn write<'a>(
         let normal = normal_of(at)?;
         let mut values = Values::default();
         values.items.push(("type".into(), (*kind).into()));
-        let names: Vec<&str> = at.iter().map(|i| grids[*i].0.as_str()).collect();
-        values.items.push(("nodes".into(), format!("[{}]", names.join(", "))));
+        let nodes: Vec<&str> = at.iter().map(|i| names[*i].as_str()).collect();
+        values.items.push(("nodes".into(), format!("[{}]", nodes.join(", "))));
         values.items.push(("section".into(), section.name.clone()));
         let mut own = Vec::new();
         if section.is_directed {

@@ -1,6 +1,7 @@
 //! Springs, bushings and their properties.
 
 use super::importer::{Grid, Importer, Values};
+use super::scalars::End;
 use super::{CardRule, left_out, read, refused, used};
 use crate::deck::{Card, DeckError};
 use crate::element::Dof;
@@ -84,20 +85,34 @@ fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
         values.items.extend(frame.map(|f| ("frame".to_string(), f)));
         return importer.element(Block::Springs, card, values, property.as_ref(), None).map(|_| ());
     };
-    // δ between any two dofs, factors along global axes; those of rotations are lengths.
-    let is_rotation = [one.component >= 3, second.component >= 3];
-    let mut properties = Vec::new();
-    let length = importer.unit(Q::Length);
-    // k acts on a length: a torsion spring of k has factors of one unit of length.
-    let quantity = Q::Stiffness;
-    if is_rotation[0] != is_rotation[1] {
+    if is_rotation(&one) != is_rotation(&second) {
         importer
             .report
             .note("springs between a displacement and a rotation count radians as the deck's unit of length");
     }
-    let k = put_nested(importer, &mut values, ("k", "k"), from, k, (quantity, 1.0));
-    properties.push(k);
-    for (prefix, sign, end) in [("a", -1.0, &one), ("b", 1.0, &second)] {
+    // k acts on a length: a torsion spring of k has factors of one unit of length.
+    let k = put_nested(importer, &mut values, ("k", "k"), from, k, (Q::Stiffness, 1.0));
+    between(importer, card, values, k, [&one, &second], property.as_ref())
+}
+
+fn is_rotation(end: &End) -> bool {
+    end.component >= 3
+}
+
+/// A scalar element between two ends: δ between any two dofs, factors along global axes; those of rotations are lengths.
+///
+/// * `size` - its property, as it is written
+pub(super) fn between<'a>(
+    importer: &mut Importer<'a>,
+    card: &Card<'a>,
+    mut values: Values,
+    size: String,
+    ends: [&End; 2],
+    property: Option<&Card<'a>>,
+) -> Result<(), DeckError> {
+    let length = importer.unit(Q::Length);
+    let mut properties = vec![size];
+    for (prefix, sign, end) in [("a", -1.0, ends[0]), ("b", 1.0, ends[1])] {
         for &(dof, factor) in &end.terms {
             let unit = if dof.is_rotation() { length } else { "" };
             properties.push(format!("{prefix}_{dof}: {}", with_unit(&exact(sign * factor), unit)));
@@ -105,11 +120,11 @@ fn celas<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckErr
     }
     let head = [
         ("type".to_string(), "scalar_spring".to_string()),
-        ("nodes".to_string(), format!("[{}, {}]", one.node, second.node)),
+        ("nodes".to_string(), format!("[{}, {}]", ends[0].node, ends[1].node)),
         ("properties".to_string(), format!("{{{}}}", properties.join(", "))),
     ];
     values.items.extend(head);
-    importer.element(Block::Elements, card, values, property.as_ref(), None).map(|_| ())
+    importer.element(Block::Elements, card, values, property, None).map(|_| ())
 }
 
 /// CBUSH1D: a spring along the line between two grids.
@@ -138,7 +153,7 @@ fn bush_1d<'a>(importer: &mut Importer<'a>, card: &Card<'a>) -> Result<(), DeckE
 }
 
 /// Puts a field under a property whose entry stands inside a map; the entry's text.
-fn put_nested(
+pub(super) fn put_nested(
     importer: &Importer<'_>,
     values: &mut Values,
     key: (&str, &str),
