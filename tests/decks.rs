@@ -258,18 +258,13 @@ fn scalar_springs_and_masses_act_along_their_component() {
     for (f, sign) in found.into_iter().zip([-1.0, 1.0]) {
         near((TAU * f).powi(2), 0.5 * (a + sign * f64::sqrt(a * a - 4.0 * b)), 1e-9);
     }
-    // A CMASS2 of 2 between both couples their accelerations, M = [5 -2; -2 6], and weighs nothing.
+    // A CMASS2 of 2 between both couples their accelerations, M = [5 -2; -2 6].
     let coupled = model(&deck.replace("SPC1,1,23456,1\n", "CMASS2,9,2.,1,1,2,2\nSPC1,1,23456,1\n"));
     let found = frequencies(&coupled, 2);
     let (a, b) = ((500.0 * 6.0 + 200.0 * 5.0 - 2.0 * 2.0 * 200.0) / 26.0, 300.0 * 200.0 / 26.0);
     for (f, sign) in found.into_iter().zip([-1.0, 1.0]) {
         near((TAU * f).powi(2), 0.5 * (a + sign * f64::sqrt(a * a - 4.0 * b)), 1e-9);
     }
-    near(
-        coupled.mass_properties(&[]).unwrap().unwrap().mass,
-        model(deck).mass_properties(&[]).unwrap().unwrap().mass,
-        1e-12,
-    );
 }
 
 /// RBE3 shares a mass among three grids on springs without joining them: the mean displacement of three equal springs.

@@ -91,7 +91,8 @@ impl ModalSet {
     }
 
     /// The modes as a test file holds them, at [`ModalSet::sensors`], with standard deviations that are marked as
-    /// defaults. A damping ratio that no vibrating mode of a passive structure has, below 0 or from 1 on, is left out.
+    /// defaults. A damping ratio that no vibrating mode of a passive structure has, below 0 or from 1 on, is left out, and so is a shape
+    /// without an entry other than zero.
     pub fn test_modes(&self, origin: &Origin, sd: RelativeSd) -> Vec<TestMode> {
         let measured = |value: f64, relative: f64| Measured { value, sd: relative * value.abs(), sd_is_default: true };
         let mode = |m: &ModeRecord| {
@@ -99,14 +100,15 @@ impl ModalSet {
             let mut shape = m.shape.clone();
             let mut shape_sd = DVector::from_element(shape.len(), sd.shape * largest);
             usable_scale(&mut shape, &mut shape_sd);
+            let has_shape = largest > 0.0;
             TestMode {
                 label: m.label.clone(),
                 frequency_hz: measured(m.frequency_hz, sd.frequency),
                 damping_ratio: m.damping_ratio.filter(|z| (0.0..1.0).contains(z)).map(|z| measured(z, sd.damping)),
                 origin: origin.clone(),
-                shape: Some(shape),
-                shape_sd: Some(shape_sd),
-                shape_origin: Some(origin.clone()),
+                shape: has_shape.then_some(shape),
+                shape_sd: has_shape.then_some(shape_sd),
+                shape_origin: has_shape.then(|| origin.clone()),
                 components: Vec::new(),
                 standing: Standing::Open,
             }

@@ -329,7 +329,7 @@ fn meta(case: Case<'_>) -> Meta {
             n => format!("{n} measured modes have no partner in the model."),
         }
     } else if explained {
-        "The model explains the test: noise of the stated size leaves as much.".to_string()
+        "The model explains the test to within the stated noise.".to_string()
     } else {
         format!("The model does not explain the test: noise alone leaves this much in {}.", odds(misfit.p_value))
     };

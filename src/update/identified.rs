@@ -16,7 +16,8 @@ use crate::identify::{
     test_modes,
 };
 use crate::linalg::Complex;
-use crate::model::Model;
+use crate::model::{Model, extent};
+use crate::units::four_digits;
 use crate::update::Remark;
 use std::borrow::Cow;
 
@@ -214,11 +215,33 @@ pub fn points_of(test: &TestData) -> Vec<(String, [f64; 3])> {
 }
 
 /// Gives the sensors of a test their places in a model, where their positions are known; those without are left out and named.
-pub fn place(model: &Model, test: &mut TestData) -> Vec<Remark> {
-    let mapping = map_points(model, &points_of(test), MappingOptions::default());
+///
+/// # Errors
+/// None of them lies on the model.
+pub fn place(model: &Model, test: &mut TestData) -> Result<Vec<Remark>, UpdateError> {
+    let points = points_of(test);
+    let mapping = map_points(model, &points, MappingOptions::default());
+    let positions: Vec<[f64; 3]> = points.iter().map(|p| p.1).collect();
+    let (of_points, of_model) = (extent(&positions), model.geometry().size());
+    let lengths = || format!("they span {} m and the model {} m", four_digits(of_points), four_digits(of_model));
+    if mapping.points.is_empty() && !points.is_empty() {
+        return Err(UpdateError::OffTheModel { sensors: points.len(), lengths: lengths() });
+    }
     let without = |name: String| Remark::Warning(format!("sensor `{name}` has no place in the model and is left out"));
-    place_sensors(test, &mapping).into_iter().map(without).collect()
+    let mut remarks: Vec<Remark> = place_sensors(test, &mapping).into_iter().map(without).collect();
+    if points.len() >= FEW_POINTS && of_points < SMALL * of_model {
+        let text = format!("the sensors may be in another unit of length: {}", lengths());
+        remarks.insert(0, Remark::Warning(text));
+    }
+    Ok(remarks)
 }
+
+/// Points whose extent tells something.
+const FEW_POINTS: usize = 4;
+
+/// Sensors that span less than this share of the model are hardly those of its modes: an inch taken for a metre makes them 40 times as far apart, a
+/// millimetre 1000 times.
+const SMALL: f64 = 1.0 / 30.0;
 
 fn of_functions(
     found: &Measurements,
@@ -259,7 +282,7 @@ fn of_functions(
     );
     let mut test = TestData { sensors, modes: modes.clone(), ..described(found, about, description) };
     if let Some(model) = model {
-        remarks.extend(place(model, &mut test));
+        remarks.extend(place(model, &mut test)?);
     }
     let n_suspension = settings.n_suspension;
     let mut findings = Vec::new();
@@ -292,7 +315,19 @@ fn held(
     let description = "Modes as the file holds them; it states no standard deviations, so those are defaults.";
     let own = described(found, about, description.to_string());
     let mut test = TestData { sensors: sensors.clone(), modes: modes.clone(), ..own };
-    let remarks = model.map_or_else(Vec::new, |model| place(model, &mut test));
+    let mut remarks: Vec<Remark> = modes
+        .iter()
+        .filter(|m| m.shape.is_none() && !sensors.is_empty())
+        .map(|m| {
+            Remark::Warning(format!(
+                "the mode at {:.3} Hz has no shape in the file: its frequency alone is kept",
+                m.frequency_hz.value
+            ))
+        })
+        .collect();
+    if let Some(model) = model {
+        remarks.extend(place(model, &mut test)?);
+    }
     let mut findings = Vec::new();
     if settings.checks_health {
         let options = HealthOptions { n_suspension: settings.n_suspension, has_model: model.is_some() };

@@ -162,6 +162,16 @@ pub enum UpdateError {
     /// Points that cannot be placed in a model.
     #[error("the positions of the points are not known, so they have no place in the model; give `--geometry FILE`")]
     NoPositions,
+    /// Points of another place, or in another unit.
+    #[error(
+        "none of the {sensors} sensors lies on the model: {lengths}; are coordinates in the stated unit, and from the same origin?"
+    )]
+    OffTheModel {
+        /// How many there are.
+        sensors: usize,
+        /// How far they and the nodes of the model reach.
+        lengths: String,
+    },
     /// Modes cannot be identified.
     #[error(transparent)]
     Identify(#[from] IdentifyError),

@@ -75,7 +75,7 @@ fn judged(
     warn(path, &text, &warnings);
     let mut test = TestData { sensors, modes, ..TestData::default() };
     if !points_of(&test).is_empty() {
-        remarks(None, &place(&model, &mut test));
+        remarks(None, &place(&model, &mut test)?);
     }
     Ok(sensors_by_model(&model, &test, options.n_suspension)?)
 }

@@ -9,6 +9,7 @@
 //!
 //! All pairs that share one member with the best are compared; what cannot be told from a member beside the other is tied with it.
 
+use super::board::merge;
 use super::hypothesis::{Refit, Tried};
 use super::prior::Odds;
 use super::run::{refit_these, stage_with};
@@ -17,6 +18,7 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::ln_sum;
 use crate::diagnosis::screen::stage::Stage;
 use crate::diagnosis::settings::Settings;
+use crate::diagnosis::thresholds::LOWER;
 use crate::linalg::DVector;
 use std::collections::BTreeMap;
 
@@ -71,9 +73,10 @@ pub(crate) fn pair(
     let with = |r: &Refit| stage_with(base, r, settings);
     let on_top = |of: &Refit, stage: &Stage, others: &[&Refit], starts: &[DVector<f64>]| {
         let mut found = refit(stage, true)?.hypotheses;
-        let is_missing = |other: &&&Refit| !found.iter().any(|r| id(r) == id(other));
-        let missing: Vec<&Tried> = others.iter().filter(is_missing).map(|r| &r.tried).collect();
-        found.extend(refit_these(stage, &missing, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
+        // With one more in the base none leaves more than alone: one that seems to has ended in another basin.
+        let is_there = |other: &Refit| found.iter().any(|r| id(r) == id(other) && r.fit.phi <= other.fit.phi + LOWER);
+        let again: Vec<&Tried> = others.iter().filter(|other| !is_there(other)).map(|r| &r.tried).collect();
+        merge(stage, &mut found, refit_these(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
         found.retain(|r| id(r) != id(of));
         order(&mut found);
         Ok::<_, DiagnosisError>(found)

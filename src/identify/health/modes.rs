@@ -277,7 +277,7 @@ pub(super) fn pairs(modes: &[Shape<'_>], directions: &[Option<[f64; 3]>]) -> Vec
                 findings.push(Finding {
                     level: if mac > 0.9 { Level::Warning } else { Level::Info },
                     code: "auto-mac",
-                    text: format!("these sensors hardly tell the modes at {subject} apart (MAC {mac:.2})"),
+                    text: format!("at these sensors the modes at {subject} look alike (MAC {mac:.2})"),
                     subject,
                     evidence,
                     remedy: "add sensors where the two shapes differ; pair them with care",

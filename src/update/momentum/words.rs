@@ -58,7 +58,7 @@ impl Check<'_> {
         let (before, after) = (per_dof(|m| m.chi_squared), per_dof(|m| m.chi_squared_after));
         for ((edit, evidence), rivals) in check.changes.iter().zip(rivals) {
             let (code, subject, mut text, remedy) = self.describe(edit);
-            text += ": so changed the shapes fit the motions of the model";
+            text += ": with that change the shapes fit the motions of the model";
             if !rivals.is_empty() {
                 let list: Vec<String> = rivals.iter().map(|r| self.describe(r).2).collect();
                 text += &format!("; the data fit nearly as well if {}", list.join(", or if "));
