@@ -12,7 +12,7 @@
 use super::board::merge;
 use super::hypothesis::{Refit, Tried};
 use super::prior::Odds;
-use super::run::{refit_these, stage_with};
+use super::run::{refit_begun, refit_these, stage_with};
 use super::singles::refit;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::problem::evidence::ln_sum;
@@ -75,8 +75,15 @@ pub(crate) fn pair(
         let mut found = refit(stage, true)?.hypotheses;
         // With one more in the base none leaves more than alone: one that seems to has ended in another basin.
         let is_there = |other: &Refit| found.iter().any(|r| id(r) == id(other) && r.fit.phi <= other.fit.phi + LOWER);
-        let again: Vec<&Tried> = others.iter().filter(|other| !is_there(other)).map(|r| &r.tried).collect();
-        merge(stage, &mut found, refit_these(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
+        // Where it was found alone, with what the stage has beside it.
+        let begun = |r: &Refit| {
+            let (base, own) = (r.fit.x.rows(0, n), r.fit.x.rows(n, r.fit.x.len() - n));
+            let beside = stage.fit.x.rows(n, stage.fit.x.len() - n);
+            let all = base.iter().chain(beside.iter()).chain(own.iter());
+            matches!(r.tried, Tried::Effect(_)).then(|| DVector::from_vec(all.copied().collect()))
+        };
+        let again: Vec<_> = others.iter().filter(|other| !is_there(other)).map(|r| (&r.tried, begun(r))).collect();
+        merge(stage, &mut found, refit_begun(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
         found.retain(|r| id(r) != id(of));
         order(&mut found);
         Ok::<_, DiagnosisError>(found)

@@ -20,7 +20,15 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy)]
 pub(crate) enum Job<'a> {
     Effect(&'a Score, &'a [DVector<f64>]),
+    /// The same with one more start, sizes included.
+    Begun(&'a Score, &'a [DVector<f64>], &'a DVector<f64>),
     Fault(&'a FaultScore, &'a [DVector<f64>]),
+}
+
+impl<'a> Job<'a> {
+    fn of(score: &'a Score, bases: &'a [DVector<f64>], begun: Option<&'a DVector<f64>>) -> Self {
+        begun.map_or(Job::Effect(score, bases), |start| Job::Begun(score, bases, start))
+    }
 }
 
 pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
@@ -32,7 +40,11 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
                 return None;
             }
             let found = match job {
-                Job::Effect(score, bases) => refit_effect(stage, score, bases, base).ok(),
+                Job::Effect(score, bases) => refit_effect(stage, score, &starts(stage, score, bases), base).ok(),
+                Job::Begun(score, bases, start) => {
+                    let groups = [vec![vec![(*start).clone()]], starts(stage, score, bases)].concat();
+                    refit_effect(stage, score, &groups, base).ok()
+                }
                 Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
             };
             work.step();
@@ -42,11 +54,16 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     done.into_iter().flatten().collect()
 }
 
-fn refit_effect(stage: &Stage, score: &Score, bases: &[DVector<f64>], base: f64) -> Result<Refit, DiagnosisError> {
+fn refit_effect(
+    stage: &Stage,
+    score: &Score,
+    starts: &[Vec<DVector<f64>>],
+    base: f64,
+) -> Result<Refit, DiagnosisError> {
     let candidate = &stage.screened[score.index].candidate;
     let scene = with_effect(&stage.scene, candidate)?;
-    let rounds = in_full(bases.len(), effort(candidate), stage.effort());
-    let fit = fit_by(&scene, &starts(stage, score, bases), rounds, stage.weight)?;
+    let rounds = in_full(starts.len(), effort(candidate), stage.effort());
+    let fit = fit_by(&scene, starts, rounds, stage.weight)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters) + candidate.of_place;
     let estimates = estimates(&scene, &fit, &candidate.parameters)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;
@@ -72,15 +89,24 @@ pub(crate) fn refit_these(
     these: &[&Tried],
     bases: &[DVector<f64>],
 ) -> Result<Vec<Refit>, DiagnosisError> {
+    refit_begun(stage, &these.iter().map(|tried| (*tried, None)).collect::<Vec<_>>(), bases)
+}
+
+/// The same with one more start for some of them, sizes included: where an effect was found without what the stage has in its base, say.
+pub(crate) fn refit_begun(
+    stage: &Stage,
+    these: &[(&Tried, Option<DVector<f64>>)],
+    bases: &[DVector<f64>],
+) -> Result<Vec<Refit>, DiagnosisError> {
     let base = ln_evidence(&stage.fit)?;
     let score_of = |stage: &Stage, c: &Candidate| stage.effects.iter().find(|s| stage.id(s) == c.id()).copied();
     let (mut scores, mut faults, mut elsewhere) = (Vec::new(), Vec::new(), Vec::new());
-    for tried in these {
+    for (tried, begun) in these {
         match tried {
             // What acts at a wider place is screened only where it is sought.
             Tried::Effect(c) => match score_of(stage, c) {
-                Some(score) => scores.push(score),
-                None => elsewhere.push(c.clone()),
+                Some(score) => scores.push((score, begun)),
+                None => elsewhere.push((c, begun)),
             },
             Tried::Fault(f) => {
                 let Some(i) = stage.faults.iter().position(|g| g == f) else { continue };
@@ -89,12 +115,14 @@ pub(crate) fn refit_these(
             }
         }
     }
-    let effects = scores.iter().map(|s| Job::Effect(s, bases));
+    let effects = scores.iter().map(|(s, begun)| Job::of(s, bases, begun.as_ref()));
     let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
     let mut done = run(stage, &jobs, base);
     if !elsewhere.is_empty() {
-        let stage = stage.on_wider(elsewhere)?;
-        let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::Effect(s, bases)).collect();
+        let stage = stage.on_wider(elsewhere.iter().map(|(c, _)| (*c).clone()).collect())?;
+        let begun =
+            |s: &Score| elsewhere.iter().find(|(c, _)| c.id() == stage.id(s)).and_then(|(_, begun)| begun.as_ref());
+        let jobs: Vec<Job<'_>> = stage.effects.iter().map(|s| Job::of(s, bases, begun(s))).collect();
         done.extend(run(&stage, &jobs, base));
     }
     Ok(done)
