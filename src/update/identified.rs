@@ -239,8 +239,8 @@ pub fn place(model: &Model, test: &mut TestData) -> Result<Vec<Remark>, UpdateEr
 /// Points whose extent tells something.
 const FEW_POINTS: usize = 4;
 
-/// Sensors that span less than this share of the model are hardly those of its modes: an inch taken for a metre makes them 40 times as far apart, a
-/// millimetre 1000 times.
+/// Sensors that span less than this share of the model are hardly those of its modes: metres taken for inches make it a fortieth, for millimetres a
+/// thousandth.
 const SMALL: f64 = 1.0 / 30.0;
 
 fn of_functions(

@@ -181,8 +181,9 @@ impl<'a> Importer<'a> {
     /// The node in the middle of a shell of eight nodes, which the deck has not: called as the others, above the largest of them.
     pub(super) fn middle(&mut self, at: At, place: [f64; 3]) -> String {
         let instance = self.nodes_of(at)[0].instance;
-        let largest = self.all.body(instance).nodes.iter().map(|n| n.0).max().unwrap_or(0);
-        let above = *self.above.entry(instance).or_insert_with(|| round_above(largest.into()).unwrap_or_default());
+        let nodes = &self.all.body(instance).nodes;
+        let largest = || nodes.iter().map(|n| n.0).max().unwrap_or(0);
+        let above = *self.above.entry(instance).or_insert_with(|| round_above(largest().into()).unwrap_or_default());
         let mut number = above + u64::from(self.id_of(at));
         let name = |number: u64| format!("{}n{number}", self.prefixes[instance as usize]);
         while !self.middles.insert(name(number)) {
