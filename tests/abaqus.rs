@@ -691,7 +691,8 @@ fn calculix_finds_the_same_links_springs_and_masses() {
 }
 
 /// The bridge of the University of South Carolina as it stands: masses to the printed digits of Abaqus, frequencies within what one reduced
-/// brick through a wall leaves open (its bending is hourglass stiffness alone): the first two within 0.5 %, all within 7 %.
+/// brick through a wall leaves open (its bending is hourglass stiffness alone, and how Abaqus scales that on distorted bricks is not published): the
+/// first two within 1.5 %, all within 5 %, 2.5 % in the mean. By the strain of the centre, which fails the patch test, they were 0.4, 6.3 and 3.3 %.
 ///
 /// Source: Job-1.inp and Job-1.dat of ARTS-Laboratory/USC-walking-bridges (SOURCE.md of the folder).
 #[test]
@@ -713,9 +714,11 @@ fn a_real_bridge_comes_in_as_it_stands() {
     assert!(mass.worst < 1e-6, "{mass:?}");
     assert_eq!((found.n_rigid, found.modes.len()), ((Some(0), 0), 10));
     for m in &found.modes {
-        let tolerance = if m.number < 3 { 0.005 } else { 0.07 };
+        let tolerance = if m.number < 3 { 0.015 } else { 0.05 };
         assert!(m.relative().abs() < tolerance, "{}: {} {}", m.number, m.solver_hz, m.model_hz);
     }
+    let mean = found.modes.iter().map(|m| m.relative().abs()).sum::<f64>() / found.modes.len() as f64;
+    assert!(mean < 0.025, "{mean}");
 }
 
 /// An item, a parameter and lines are written in their places, and every other byte stays.
