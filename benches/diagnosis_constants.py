@@ -3,7 +3,7 @@
 
     python3 benches/diagnosis_constants.py [--seed 23] [--structures cantilever frame wing-on-springs]
 
-Effort (src/diagnosis/effort.rs: how many hypotheses are fitted, from how many starts) and the thresholds of src/diagnosis/thresholds.rs
+Effort (diagnosis/src/effort.rs: how many hypotheses are fitted, from how many starts) and the thresholds of diagnosis/src/thresholds.rs
 that say that they were perturbed are changed in a copy of the repository under target/constants, which is built and run once for each variant; a variant takes some five minutes.
 """
 
@@ -16,8 +16,8 @@ import subprocess
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 COPY = ROOT / "target" / "constants"
 
-EFFORT = "src/diagnosis/effort.rs"
-THRESHOLDS = "src/diagnosis/thresholds.rs"
+EFFORT = "diagnosis/src/effort.rs"
+THRESHOLDS = "diagnosis/src/thresholds.rs"
 # Thresholds of other rooms on which a diagnosis rests: (file, name).
 ELSEWHERE = [("src/fault/sensor_gain.rs", "GAIN_SD"), ("src/objective/close_modes.rs", "CLOSE")]
 

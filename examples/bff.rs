@@ -12,13 +12,13 @@ use retune::data::{FrfQuantity, TestData, read_test};
 use retune::model::{MassProperties, Model, ParametricModel, Registry, load};
 use retune::objective::Comparison;
 use retune::optim::{Pace, Progress};
-use retune::report::data::{DataItem, Named, ReportData};
-use retune::report::text::{Align, Style, Table, cost_history, number};
-use retune::report::{Case, add_responses, figures, html, of_update, response_figure};
 use retune::update::{
     Assessment, Controls, Cost, Settings, TwinFrfOptions, TwinOptions, Update, assess, twin_frfs, update,
 };
 use retune::yaml::Problem;
+use retune_report::data::{DataItem, Named, ReportData};
+use retune_report::text::{Align, Style, Table, cost_history, number};
+use retune_report::{Case, add_responses, figures, html, of_update, response_figure};
 use std::error::Error;
 use std::io::{IsTerminal, Write as _};
 use std::path::Path;

@@ -4,12 +4,12 @@
 //! the catalogue, the new one is named.
 
 use retune::data::{Correction, TestData};
-use retune::diagnosis::{Settings, diagnose};
 use retune::effect::Effects;
 use retune::fault::{AboutFault, At, Bench, Fault, Faults, Tests};
 use retune::linalg::Complex;
 use retune::model::{ParametricModel, Registry, load};
 use retune::update::{TwinOptions, node_sensors, twin_modes};
+use retune_diagnosis::{Settings, diagnose};
 
 /// A step of 10 dB.
 const STEP: f64 = 3.162_277_660_168_379_5;

@@ -12,12 +12,12 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use retune::data::convert::{FrfOptions, UnitSystem, UnitsFrom};
 use retune::data::{MeasurementOptions, Origin, Place, TestData, read_measurements, read_test};
-use retune::diagnosis::{Learned, Settings, learn};
 use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
 use retune::model::{ParametricModel, Registry, load};
 use retune::optim::Draw;
-use retune::report::text::{Align, Style, Table, number};
-use retune::report::{html, of_learning};
+use retune_diagnosis::{Learned, Settings, learn};
+use retune_report::text::{Align, Style, Table, number};
+use retune_report::{html, of_learning};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 

@@ -50,6 +50,7 @@ pub trait Choice: Copy + Sized + Send + Sync + 'static {
 }
 
 /// Gives the variants of an enum their words. One that is forgotten does not compile.
+#[macro_export]
 macro_rules! choice {
     ($type:ident, $noun:literal; $($variant:ident $word:literal $about:literal,)+) => {
         impl $crate::catalogue::Choice for $type {
@@ -64,7 +65,7 @@ macro_rules! choice {
         }
     };
 }
-pub(crate) use choice;
+pub use choice;
 
 /// Words longer than this are no typing errors.
 const LONGEST: usize = 100;

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 /// while the others wait, and a worker of a pool that finds it by parallel work may meanwhile be given other work of the pool that asks for the same
 /// value: it waits for itself, for ever. What is kept here must therefore be the same whoever finds it.
 #[derive(Debug, Clone)]
-pub(crate) struct Once<T>(OnceLock<T>);
+pub struct Once<T>(OnceLock<T>);
 
 impl<T> Default for Once<T> {
     fn default() -> Self {
@@ -18,17 +18,17 @@ impl<T> Default for Once<T> {
 
 impl<T> Once<T> {
     /// Not found yet.
-    pub(crate) fn new() -> Self {
+    pub fn new() -> Self {
         Self::default()
     }
 
     /// The value, if somebody has asked for it before.
-    pub(crate) fn get(&self) -> Option<&T> {
+    pub fn get(&self) -> Option<&T> {
         self.0.get()
     }
 
     /// The value, found now if nobody has asked for it before.
-    pub(crate) fn get_or_find(&self, find: impl FnOnce() -> T) -> &T {
+    pub fn get_or_find(&self, find: impl FnOnce() -> T) -> &T {
         if let Some(known) = self.0.get() {
             return known;
         }

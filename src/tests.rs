@@ -9,8 +9,3 @@ pub(crate) fn is_asked() -> bool {
 pub(crate) fn seeds<T>(few: T, all: T) -> T {
     if is_asked() { all } else { few }
 }
-
-/// The first of some cases; all when asked.
-pub(crate) fn first<T>(few: usize, all: &[T]) -> &[T] {
-    &all[..seeds(few.min(all.len()), all.len())]
-}

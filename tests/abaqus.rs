@@ -5,12 +5,12 @@
 //! otherwise.
 
 use retune::deck::{KeywordChanges, KeywordDeck, keyword_real};
-use retune::exchange::{
+use retune::modal::SolveOptions;
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune_exchange::{
     Agreement, ExportError, Exported, ImportOptions, Imported, KEYWORDS, Solver, compare_results, export_keywords,
     import_keywords, read_results, system_by_name,
 };
-use retune::modal::SolveOptions;
-use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -4,8 +4,8 @@
 //! tests skip with a message. `cargo test --test all deck_folders -- --nocapture` prints a line for every deck.
 
 use retune::deck::Deck;
-use retune::exchange::{ImportOptions, Solver, import, system_by_name};
 use retune::model::{ParametricModel, Registry};
+use retune_exchange::{ImportOptions, Solver, import, system_by_name};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -5,12 +5,12 @@
 
 use retune::deck::Deck;
 use retune::element::Dof;
-use retune::exchange::{
+use retune::modal::SolveOptions;
+use retune::model::{Model, ParametricModel, Registry, load, load_in, solve_modes};
+use retune_exchange::{
     ExportError, Exported, ImportOptions, Imported, Solver, compare_results, export, import, read_results,
     system_by_name,
 };
-use retune::modal::SolveOptions;
-use retune::model::{Model, ParametricModel, Registry, load, load_in, solve_modes};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 

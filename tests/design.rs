@@ -1,11 +1,9 @@
 //! Shear panels of decks, and design variables by equations.
 
 use retune::deck::Deck;
-use retune::exchange::{
-    ImportOptions, Imported, Solver, compare_results, export, import, read_results, system_by_name,
-};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune_exchange::{ImportOptions, Imported, Solver, compare_results, export, import, read_results, system_by_name};
 use std::f64::consts::TAU;
 use std::path::Path;
 

@@ -4,12 +4,12 @@
 //! CalculiX on the same mesh. What is not installed is skipped with a message.
 
 use retune::deck::{Deck, KeywordDeck};
-use retune::exchange::{
+use retune::modal::SolveOptions;
+use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
+use retune_exchange::{
     ExportError, Exported, ImportOptions, Imported, Solver, compare_results, export, export_keywords, import,
     import_keywords, read_results, system_by_name,
 };
-use retune::modal::SolveOptions;
-use retune::model::{Model, ParametricModel, Registry, load, solve_modes};
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;

@@ -3,17 +3,17 @@
 use rand::{RngExt, SeedableRng};
 use retune::correlation::{observation_matrix, sensor_position};
 use retune::data::{TestData, read_test};
-use retune::diagnosis::{Estimate, HypothesisResult, Kind, sensor_loads};
 use retune::effect::{Context, Effects, Structure, candidates};
 use retune::fault::{Bench, Faults, Number, PlacedFault, SingleTest};
 use retune::modal::{ModalDamping, SolveOptions, synthesize};
 use retune::model::{Model, ParametricModel, Registry, load, load_configuration, solve_modes};
 use retune::objective::Comparison;
-use retune::report::data::{LiveParameter, ReportData};
-use retune::report::{Case, add_live, add_tests, assess_paired, html, live, of_comparison};
 use retune::update::{
     Controls, HowToPair, Settings, TwinOptions, assess, compared, freed, node_sensors, paired_test, twin_modes, update,
 };
+use retune_diagnosis::{Estimate, HypothesisResult, Kind, sensor_loads};
+use retune_report::data::{LiveParameter, ReportData};
+use retune_report::{Case, add_live, add_tests, assess_paired, html, live, of_comparison};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,6 @@
 //! Superelements: matrices in files are the structure that they were made from, wherever they stand and whatever they are joined to.
 
 use retune::data::{Place, TestData};
-use retune::diagnosis::{Settings, Verdict, diagnose};
 use retune::effect::{Context, Effects, conformance};
 use retune::matrices::{MatrixFormat, write};
 use retune::modal::SolveOptions;
@@ -11,6 +10,7 @@ use retune::model::{
 };
 use retune::update::{TwinOptions, node_sensors, twin_modes};
 use retune::yaml::{self, Problem};
+use retune_diagnosis::{Settings, Verdict, diagnose};
 use std::collections::BTreeMap;
 use std::io;
 

@@ -4,10 +4,10 @@
 //! or within what both still change by from one mesh to one twice as fine: formulations differ, and only their limit is one.
 
 use retune::deck::KeywordDeck;
-use retune::exchange::{
+use retune::model::{Model, Registry};
+use retune_exchange::{
     Agreement, ImportOptions, Solver, compare_results, import_keywords, read_results, system_by_name,
 };
-use retune::model::{Model, Registry};
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;

@@ -5,13 +5,13 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use retune::data::{Partner, Standing, TestData, TestMode};
-use retune::diagnosis::benchmark::{STRUCTURES, foreign_mode};
 use retune::model::{Model, ParametricModel, Registry, load};
 use retune::objective::starting_point;
 use retune::optim::Draw;
 use retune::update::{
     Controls, HowToPair, Settings, TwinOptions, Update, assess, compared, node_sensors, paired_test, twin_modes, update,
 };
+use retune_diagnosis::benchmark::{STRUCTURES, foreign_mode};
 
 /// Noise that the tests state and have.
 const FREQUENCY: f64 = 0.003;

@@ -2,8 +2,8 @@
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use retune::catalogue::Choice;
-use retune::diagnosis::benchmark::Part;
 use retune::update::{Cost, HowToPair};
+use retune_diagnosis::benchmark::Part;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::OnceLock;

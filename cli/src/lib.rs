@@ -24,7 +24,7 @@ mod writing;
 
 use args::{Cli, Command};
 use output::{LONGEST, print, shortened, tell, tell_kept};
-use retune::report::text::printable;
+use retune_report::text::printable;
 use std::ffi::OsString;
 use std::io::IsTerminal as _;
 use std::sync::OnceLock;

@@ -2,11 +2,11 @@
 
 use retune::catalogue::counted;
 use retune::data::TestData;
-use retune::diagnosis::BasePairs;
-use retune::report::text::agreement::{ratio, wrapped};
-use retune::report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
 use retune::update::{Assessment, ModeAgreement, Remark};
 use retune::yaml::{Problem, Severity};
+use retune_diagnosis::BasePairs;
+use retune_report::text::agreement::{ratio, wrapped};
+use retune_report::text::{Align, Cell, Style, Table, Tone, hertz, printable};
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
 use std::path::Path;
@@ -431,7 +431,7 @@ fn readings(a: &Assessment, style: &Style) -> String {
     ]);
     for r in &a.readings {
         let (unit, factor) = if r.is_angle { ("deg", 180.0 / std::f64::consts::PI) } else { ("mm", 1e3) };
-        let number = |v: f64| retune::report::text::number(factor * v);
+        let number = |v: f64| retune_report::text::number(factor * v);
         let tone = if (r.model - r.measured).abs() > 3.0 * r.sd { Tone::Warning } else { Tone::Plain };
         table.row([
             r.test.as_str().into(),
@@ -449,7 +449,7 @@ fn readings(a: &Assessment, style: &Style) -> String {
 fn functions(a: &Assessment) -> String {
     a.functions.map_or_else(String::new, |f| {
         let rms = (f.chi_squared / f.n_values as f64).sqrt();
-        let (n, rms) = (f.n_values, retune::report::text::number(rms));
+        let (n, rms) = (f.n_values, retune_report::text::number(rms));
         format!("functions: {n} amplitudes, {rms} standard deviations off (root mean square)\n")
     })
 }

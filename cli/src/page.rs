@@ -3,9 +3,9 @@
 use crate::output::{Failure, keep, print, shown};
 use crate::{ledger, writing};
 use retune::catalogue::counted;
-use retune::report::data::{FileRecord, Named, ReportData};
-use retune::report::text::printable;
-use retune::report::{figures, html, json, paraview};
+use retune_report::data::{FileRecord, Named, ReportData};
+use retune_report::text::printable;
+use retune_report::{figures, html, json, paraview};
 use std::path::{Path, PathBuf};
 
 /// Where the parts of a report go.

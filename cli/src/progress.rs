@@ -3,8 +3,8 @@
 use crate::output::tell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use retune::catalogue::counted;
-use retune::diagnosis::Listener;
 use retune::optim::{Observer, Pace, Progress};
+use retune_diagnosis::Listener;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 

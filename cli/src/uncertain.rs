@@ -1,7 +1,7 @@
 //! Parameters of an update with their uncertainties, as text and as JSON.
 
-use retune::report::text::{Align, Cell, Style, Table, Tone, brief, number, paragraph};
 use retune::update::{IntervalMethod, ParameterChange, ParameterUncertainty, Update};
+use retune_report::text::{Align, Cell, Style, Table, Tone, brief, number, paragraph};
 use std::fmt::Write as _;
 
 /// Correlations below this are not worth a line.

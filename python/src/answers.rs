@@ -11,14 +11,13 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use retune::correlation::CriteriaProfile;
 use retune::data::{TestData, joined};
-use retune::diagnosis;
 use retune::effect::set_parameter_values;
 use retune::model::{self, ParametricModel as _};
-use retune::report::{
+use retune::update::{self, Agreement, HowToPair, marginals, sampled_values};
+use retune_report::{
     Case, add_diagnosis, add_live, add_live_of_learning, add_tests, answer, assess_paired, html, of_comparison,
     of_identification, of_learning, of_posterior, of_update,
 };
-use retune::update::{self, Agreement, HowToPair, marginals, sampled_values};
 use serde_json::json;
 use std::sync::Arc;
 
@@ -72,7 +71,7 @@ impl Compared {
 }
 
 /// The report of a comparison at the estimates.
-pub(crate) fn compared(tested: &Tested, how: &HowToPair) -> Result<retune::report::ReportData, Wrong> {
+pub(crate) fn compared(tested: &Tested, how: &HowToPair) -> Result<retune_report::ReportData, Wrong> {
     let model = tested.model.file()?;
     let assessment = assess_paired(model, &model.parameters().nominal(), &tested.test, how)?;
     let mut data = of_comparison(Case { model, test: &tested.test, assessment: &assessment })?;
@@ -204,7 +203,7 @@ impl Sampled {
 /// What is missing.
 #[pyclass(frozen, module = "retune._core")]
 pub(crate) struct Diagnosed {
-    pub(crate) diagnosis: diagnosis::Diagnosis,
+    pub(crate) diagnosis: retune_diagnosis::Diagnosis,
     pub(crate) all: Vec<Tested>,
     pub(crate) how: HowToPair,
     pub(crate) made: Made,
@@ -241,7 +240,7 @@ impl Diagnosed {
 /// What was learnt.
 #[pyclass(frozen, module = "retune._core")]
 pub(crate) struct Learned {
-    pub(crate) learned: diagnosis::Learned,
+    pub(crate) learned: retune_diagnosis::Learned,
     pub(crate) all: Vec<Tested>,
     pub(crate) made: Made,
 }

@@ -10,13 +10,13 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use retune::data::Sensor;
-use retune::diagnosis::sensor_loads;
 use retune::effect::{Context, Effects, Structure, conformance, set_parameter_values, undo};
 use retune::linalg::sparse::SparseSym;
 use retune::modal::{Modes, SolveOptions};
 use retune::model::{self, ParametricModel, solve_modes};
-use retune::report::answer;
 use retune::update::{TwinFrfOptions, TwinOptions, name_modes, node_sensors, twin_frfs};
+use retune_diagnosis::sensor_loads;
+use retune_report::answer;
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@ use crate::error::Wrong;
 use crate::source::{Home, Source};
 use crate::test::TestSource;
 use crate::tested::Given;
-use retune::report::data::{FileRecord, Named, ReportData};
-use retune::report::html;
+use retune_report::data::{FileRecord, Named, ReportData};
+use retune_report::html;
 use std::sync::Arc;
 
 /// The call, the seed and the versions.

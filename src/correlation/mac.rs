@@ -112,13 +112,13 @@ fn assurance<T: ShapeScalar>(cross: T, norm_a: f64, norm_x: f64) -> f64 {
 }
 
 /// A mode whose shape at the sensors is smaller than this share of the largest is not seen by any: what they show of it is rounding.
-pub(crate) const UNSEEN: f64 = 1e-6;
+pub const UNSEEN: f64 = 1e-6;
 
 /// Sets the shapes at the sensors to zero of modes that no sensor sees: torsion of a beam with its sensors on the axis. Rounding has a
 /// direction, that of a mode beside it, and would be a partner of whatever that mode is a partner of.
 ///
 /// * `at_sensors` - (n_sensors x n_modes) of mass-normalised modes
-pub(crate) fn hide_unseen(at_sensors: &mut DMatrix<f64>) {
+pub fn hide_unseen(at_sensors: &mut DMatrix<f64>) {
     let largest = at_sensors.column_iter().map(|c| c.norm_squared()).fold(0.0, f64::max);
     let least = UNSEEN * UNSEEN * largest;
     at_sensors.column_iter_mut().filter(|c| c.norm_squared() < least).for_each(|mut c| c.fill(0.0));

@@ -52,7 +52,7 @@ pub use localization::{
     localize_with_groups, residual_force,
 };
 pub use mac::{ShapeScalar, auto_mac, mac_matrix, modal_scale_factor, to_complex, weighted_mac_matrix};
-pub(crate) use mac::{UNSEEN, hide_unseen};
+pub use mac::{UNSEEN, hide_unseen};
 pub use macco::{SensorRemoval, spoiling_sensors, turned_sensors};
 pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 pub use observe::{

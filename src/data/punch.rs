@@ -46,7 +46,7 @@ pub enum PunchError {
 const RIGID: f64 = 1e-8;
 
 /// Whether bytes are a punch file: its first lines are comments that name a title or a result.
-pub(crate) fn is_punch(bytes: &[u8]) -> bool {
+pub fn is_punch(bytes: &[u8]) -> bool {
     /// No head of a punch file is longer.
     const LOOK: usize = 8192;
     let head = String::from_utf8_lossy(&bytes[..bytes.len().min(LOOK)]).to_uppercase();

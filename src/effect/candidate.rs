@@ -20,7 +20,7 @@ pub struct Candidate {
     /// The parameters that it brings, in the order in which they follow those of the model.
     pub parameters: Vec<NewParameter>,
     /// ln of the prior of its place against one of those that every search tries: of one that is sought beside them it is part of the evidence.
-    pub(crate) of_place: f64,
+    pub of_place: f64,
 }
 
 impl Candidate {
@@ -49,12 +49,12 @@ impl Candidate {
     }
 
     /// The parameters that it brings, as parameters of a model.
-    pub(crate) fn sizes(&self) -> Vec<Parameter> {
+    pub fn sizes(&self) -> Vec<Parameter> {
         self.parameters.iter().map(NewParameter::parameter).collect()
     }
 
     /// What it changes in the matrices, of a file to which its edits were added; `None` where that is not made of elements.
-    pub(crate) fn change(&self, additions: &Additions) -> Option<Change> {
+    pub fn change(&self, additions: &Additions) -> Option<Change> {
         let parameters: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
         let entries: Vec<&str> = self.patch.edits.iter().map(Edit::name).collect();
         additions.change(&parameters, &entries, &self.typical())

@@ -62,7 +62,7 @@ impl Location {
     }
 
     /// Whether it is ends that give about both axes of bending, or nodes with all axes, and the other is the same with one of them.
-    pub(crate) fn has_more_axes_than(&self, other: &Self) -> bool {
+    pub fn has_more_axes_than(&self, other: &Self) -> bool {
         let has_its_axis = match self.direction() {
             BENDING => matches!(other.direction(), "ry" | "rz"),
             ALL_AXES => Dof::from_name(other.direction()).is_some(),
@@ -72,7 +72,7 @@ impl Location {
     }
 
     /// Whether it is of the same kind, in the same direction and configuration, at as many things.
-    pub(crate) fn is_like(&self, other: &Self) -> bool {
+    pub fn is_like(&self, other: &Self) -> bool {
         (self.kind, self.direction(), &self.configuration, self.names.len())
             == (other.kind, other.direction(), &other.configuration, other.names.len())
     }
@@ -102,7 +102,7 @@ impl Location {
     }
 
     /// Whether both name a thing: `n8` and `n8+n13.ry` do, and `wing.1:n5` and `n5`.
-    pub(crate) fn shares_name(&self, other: &Self) -> bool {
+    pub fn shares_name(&self, other: &Self) -> bool {
         let parts = |l: &Self| l.names.iter().flat_map(|n| n.split(':')).map(str::to_string).collect::<Vec<_>>();
         let own = parts(self);
         parts(other).iter().any(|n| own.contains(n))

@@ -325,7 +325,7 @@ impl<'a> Structure<'a> {
     }
 
     /// The elements of a part, that of an end, or those of any other name of the model: an element of a mesh, or a patch about one.
-    pub(crate) fn elements_of(&self, name: &str) -> Vec<usize> {
+    pub fn elements_of(&self, name: &str) -> Vec<usize> {
         match (self.part(name), self.end(name)) {
             (Some(part), _) => part.elements.clone(),
             (None, Some(end)) => vec![end.element],
@@ -337,12 +337,12 @@ impl<'a> Structure<'a> {
     }
 
     /// Whether a location is one of [`Self::on_wider_places`].
-    pub(crate) fn is_wide(&self, at: &Location) -> bool {
+    pub fn is_wide(&self, at: &Location) -> bool {
         self.is_wide_and_near(at, None)
     }
 
     /// Whether two locations name parts, or ends, that share an element, or share a node.
-    pub(crate) fn overlap(&self, a: &Location, b: &Location) -> bool {
+    pub fn overlap(&self, a: &Location, b: &Location) -> bool {
         let are_nodes = |at: &Location| matches!(at.kind, LocationKind::Node | LocationKind::Pair);
         if are_nodes(a) && are_nodes(b) {
             return a.shares_name(b);

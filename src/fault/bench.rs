@@ -155,7 +155,7 @@ pub(super) fn leaves_most(counting: usize, all: usize) -> bool {
 }
 
 /// The response that is a sensor of a test.
-pub(crate) fn response_of(set: &FrfSet, sensors: &[Sensor], sensor: usize) -> Option<usize> {
+pub fn response_of(set: &FrfSet, sensors: &[Sensor], sensor: usize) -> Option<usize> {
     let name = &sensors.get(sensor)?.name;
     set.responses.iter().position(|c| channel_sensor(c, sensors).is_some_and(|s| s.name == *name))
 }

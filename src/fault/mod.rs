@@ -33,9 +33,9 @@ mod static_reading;
 mod tests;
 
 pub use at::At;
-pub(crate) use bench::response_of;
+pub use bench::response_of;
 pub use bench::{Bench, SingleTest, Tests};
-pub(crate) use placed::LOOSE;
+pub use placed::LOOSE;
 pub use placed::{FaultError, PlacedFault};
 
 use crate::catalogue::catalogue;

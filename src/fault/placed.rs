@@ -6,7 +6,7 @@ use crate::data::{Measured, Sensor, TestData, corrected_functions};
 use crate::linalg::{Complex, DVector};
 
 /// Factor on the standard deviation of a frequency that counts no more.
-pub(crate) const LOOSE: f64 = 1e3;
+pub const LOOSE: f64 = 1e3;
 
 /// A fault at a place, in all tests that have its sensors or in one of them alone.
 #[derive(Debug, Clone)]

@@ -10,7 +10,7 @@ mod cell;
 mod cursor;
 mod gmsh;
 mod gmsh_text;
-pub(crate) mod nastran;
+pub mod nastran;
 #[cfg(test)]
 mod tests;
 

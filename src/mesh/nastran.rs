@@ -45,7 +45,7 @@ impl MeshReader for Nastran {
 /// ends come before those of the far end.
 ///
 /// * `corners` - of the near end: four of a hexahedron, three of a wedge
-pub(crate) fn order_of_edges(corners: usize) -> Vec<usize> {
+pub fn order_of_edges(corners: usize) -> Vec<usize> {
     let near = 3 * corners;
     (0..near).chain(near + corners..near + 2 * corners).chain(near..near + corners).collect()
 }

@@ -199,7 +199,7 @@ impl Model {
     }
 
     /// Number of nodes that have names: those of the file, then those of superelements; the inner ones of subdivided members come after.
-    pub(crate) fn n_named_nodes(&self) -> usize {
+    pub fn n_named_nodes(&self) -> usize {
         self.n_named
     }
 
@@ -209,7 +209,7 @@ impl Model {
     }
 
     /// Whether effects are looked for at a node: one of the file that is no inner one of a large mesh, or one of those chosen of a mesh or a superelement.
-    pub(crate) fn is_site(&self, node: usize) -> bool {
+    pub fn is_site(&self, node: usize) -> bool {
         self.sites.binary_search(&node).is_ok()
     }
 

@@ -8,16 +8,16 @@ use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A vector in global axes, m.
-pub(crate) type Vector = Vector3;
+pub type Vector = Vector3;
 
 /// Rows are unit axes in global coordinates.
 pub(crate) type Rotation = [[f64; 3]; 3];
 
 /// Global axes.
-pub(crate) const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// Names of the global axes.
-pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// x along `along`, z as near as possible to `near_z`, y completing the right-handed frame.
 pub(crate) fn axes_along(along: Vector, near_z: Vector) -> Option<Rotation> {
@@ -167,7 +167,7 @@ impl Geometry {
 }
 
 /// The largest dimension of a set of points, m; zero of none.
-pub(crate) fn extent(positions: &[Vector]) -> f64 {
+pub fn extent(positions: &[Vector]) -> f64 {
     (0..3)
         .map(|i| {
             let (low, high) =
@@ -179,7 +179,7 @@ pub(crate) fn extent(positions: &[Vector]) -> f64 {
 
 /// Points in cells, to find those near a place.
 #[derive(Debug)]
-pub(crate) struct Near<'a> {
+pub struct Near<'a> {
     points: &'a [Vector],
     width: f64,
     cells: HashMap<[i64; 3], Vec<usize>>,
@@ -223,7 +223,7 @@ pub(crate) const NEAR_IMAGE: f64 = 1e-4;
 /// Some of a list of points, each next one the farthest from those chosen before it; in ascending order.
 ///
 /// * `own` - indices of the points
-pub(crate) fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<usize> {
+pub fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<usize> {
     if own.len() <= most {
         return own.to_vec();
     }
@@ -243,11 +243,11 @@ pub(crate) fn spread(positions: &[Vector], own: &[usize], most: usize) -> Vec<us
     chosen
 }
 
-/// Which of some points stands at the mirror image of each: the nearest within [`NEAR_IMAGE`] of the size; of several at one place, the first
+/// Which of some points stands at the mirror image of each: the nearest within 1e-4 of the size; of several at one place, the first
 /// has the first at the mirrored place, and so on. Points nearer than 1e-6 of the size are at one place.
 ///
 /// * `mirrored` - the image of a point
-pub(crate) fn images(points: &[Vector], mirrored: impl Fn(Vector) -> Option<Vector>) -> Vec<Option<usize>> {
+pub fn images(points: &[Vector], mirrored: impl Fn(Vector) -> Option<Vector>) -> Vec<Option<usize>> {
     let size = extent(points);
     let (near, same) = (NEAR_IMAGE * size, 1e-6 * size);
     let grid = Near::new(points, near);

@@ -19,17 +19,25 @@ use nalgebra::{Matrix3, Matrix6};
 
 /// A ply: elastic constants in Pa, density in kg/m³, angle from x towards y in rad, thickness in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ply {
-    pub(crate) e1: f64,
-    pub(crate) e2: f64,
-    pub(crate) g12: f64,
-    pub(crate) nu12: f64,
-    /// Transverse shear moduli, which a strip does not feel.
-    pub(crate) g13: f64,
-    pub(crate) g23: f64,
-    pub(crate) density: f64,
-    pub(crate) angle: f64,
-    pub(crate) thickness: f64,
+pub struct Ply {
+    /// Young's modulus along the fibres, Pa.
+    pub e1: f64,
+    /// Young's modulus across the fibres, Pa.
+    pub e2: f64,
+    /// Shear modulus in the plane, Pa.
+    pub g12: f64,
+    /// Poisson's ratio of a pull along the fibres.
+    pub nu12: f64,
+    /// Transverse shear modulus along the fibres, which a strip does not feel, Pa.
+    pub g13: f64,
+    /// Transverse shear modulus across the fibres, which a strip does not feel, Pa.
+    pub g23: f64,
+    /// Density, kg/m³.
+    pub density: f64,
+    /// From x towards y, rad.
+    pub angle: f64,
+    /// Thickness, m.
+    pub thickness: f64,
 }
 
 /// A strip about its neutral axis, SI.
@@ -91,7 +99,7 @@ pub(in crate::model) fn strip(width: f64, plies: &[Ply]) -> Result<Strip, String
 }
 
 /// [A B; B D] about the middle, and ∫ρ, ∫ρz, ∫ρz² over the thickness.
-pub(crate) fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
+pub fn sums(plies: &[Ply]) -> (Matrix6<f64>, [f64; 3]) {
     let mut abd = Matrix6::<f64>::zeros();
     let mut mass = [0.0; 3];
     let mut low = -0.5 * plies.iter().map(|p| p.thickness).sum::<f64>();

@@ -86,7 +86,7 @@ impl PlacedElement {
     }
 
     /// Whether it is one of a mesh: a shell or a solid.
-    pub(crate) fn is_of_mesh(&self) -> bool {
+    pub fn is_of_mesh(&self) -> bool {
         self.matrices.is_none() && self.nodes.len() > 2
     }
 
@@ -129,7 +129,7 @@ impl PlacedElement {
     }
 
     /// Its property values at θ.
-    pub(crate) fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
+    pub fn values_at(&self, theta: &[f64]) -> Vec<Option<f64>> {
         self.values.iter().map(|v| v.as_ref().map(|v| v.at(theta))).collect()
     }
 }

@@ -7,15 +7,15 @@ use super::{Model, ParametricModel};
 use crate::units::{Scalar, Unit};
 
 /// The plies of a section of shells.
-pub(crate) struct Plied {
+pub struct Plied {
     /// Numbers of its description by their paths below `laminate`, SI: `materials.carbon.E1`, `plies[0].angle`.
-    pub(crate) numbers: Vec<(String, f64)>,
+    pub numbers: Vec<(String, f64)>,
     /// What they give, by property of the shell.
-    pub(crate) rigidities: Vec<(&'static str, f64)>,
+    pub rigidities: Vec<(&'static str, f64)>,
 }
 
 /// The plies of a section; none where it has no laminate, or one that is wrong.
-pub(crate) fn plied(model: &Model, section: &str) -> Option<Plied> {
+pub fn plied(model: &Model, section: &str) -> Option<Plied> {
     let section = model.spec().sections.get(section)?;
     let laminate = section.values().find_map(|v| match v {
         SectionValue::Shape(shape) => shape.laminate.as_ref(),

@@ -1,6 +1,5 @@
 //! Meshes that tests write.
 
-use std::collections::HashMap;
 use std::fmt::Write;
 
 /// A mesh of version 2.2: nodes, and groups of cells of one type by their nodes, from one.
@@ -37,38 +36,6 @@ impl Written {
         let cell = |i: usize, j: usize| vec![id[i][j], id[i + 1][j], id[i + 1][j + 1], id[i][j + 1]];
         let cells = (0..nx).flat_map(|i| (0..ny).map(move |j| (i, j))).map(|(i, j)| cell(i, j)).collect();
         self.groups.push((name, 3, cells));
-        self
-    }
-
-    /// Nodes get new places.
-    pub(crate) fn moved(&mut self, to: impl Fn([f64; 3]) -> [f64; 3]) -> &mut Self {
-        self.nodes.iter_mut().for_each(|p| *p = to(*p));
-        self
-    }
-
-    /// A slit: some nodes stand twice, and the cells whose middle is on one side have the second ones.
-    pub(crate) fn cut(
-        &mut self,
-        is_on_it: impl Fn([f64; 3]) -> bool,
-        is_beyond: impl Fn([f64; 3]) -> bool,
-    ) -> &mut Self {
-        let mut second = HashMap::new();
-        for n in 1..=self.nodes.len() {
-            let at = self.nodes[n - 1];
-            if is_on_it(at) {
-                second.insert(n, self.node(at));
-            }
-        }
-        let nodes = &self.nodes;
-        for cell in self.groups.iter_mut().flat_map(|g| &mut g.2) {
-            let share = 1.0 / cell.len() as f64;
-            let middle = std::array::from_fn(|i| cell.iter().map(|n| share * nodes[n - 1][i]).sum());
-            if is_beyond(middle) {
-                for n in cell {
-                    *n = second.get(n).copied().unwrap_or(*n);
-                }
-            }
-        }
         self
     }
 

@@ -25,7 +25,7 @@ use crate::linalg::batch::BATCH;
 
 /// An objective's way to the batched kernel, made at its first use.
 #[derive(Debug, Default)]
-pub(crate) struct BatchPath {
+pub struct BatchPath {
     compiled: Once<Option<Compiled>>,
     /// Whether shapes are kept at all dofs, from which they have derivatives.
     has_derivatives: bool,
@@ -42,7 +42,7 @@ pub(super) type Linearized<'a, T> = &'a dyn Fn(&Prediction, &PredictionDerivativ
 
 impl BatchPath {
     /// One that gives derivatives too, for one objective or for several of the same model and test.
-    pub(crate) fn with_derivatives() -> Self {
+    pub fn with_derivatives() -> Self {
         Self { has_derivatives: true, ..Self::default() }
     }
 
@@ -52,7 +52,7 @@ impl BatchPath {
     }
 
     /// Gives the memory of its threads back.
-    pub(crate) fn rest(&self) {
+    pub fn rest(&self) {
         if let Some(Some(compiled)) = self.compiled.get() {
             compiled.rest();
         }

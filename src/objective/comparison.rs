@@ -61,7 +61,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The same with the solver of a comparison of a like model, if it [serves](ModalSolver::serves) this one too.
-    pub(crate) fn sharing(
+    pub fn sharing(
         model: &'a dyn ParametricModel,
         test: &'a TestData,
         pairing: PairingOptions,
@@ -73,7 +73,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// The same of a model that has no nodes, only coordinates, with its observation matrix.
-    pub(crate) fn of_stand_in(
+    pub fn of_stand_in(
         model: &'a dyn ParametricModel,
         test: &'a TestData,
         pairing: PairingOptions,
@@ -228,7 +228,7 @@ impl<'a> Comparison<'a> {
     }
 
     /// What solves the model, for comparisons of like models.
-    pub(crate) fn solver(&self) -> &Arc<ModalSolver> {
+    pub fn solver(&self) -> &Arc<ModalSolver> {
         &self.solver
     }
 
@@ -259,13 +259,13 @@ impl<'a> Comparison<'a> {
     }
 
     /// K, M, C and the modes at θ.
-    pub(crate) fn solve(&self, theta: &[f64]) -> Result<(Matrices, Modes), EvalError> {
+    pub fn solve(&self, theta: &[f64]) -> Result<(Matrices, Modes), EvalError> {
         let solved = self.solver.solve(self.model, theta, self.n_elastic);
         solved.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
     }
 
     /// [`Self::predict`] at a θ of which another comparison of the same model has [solved](Self::solve) the modes.
-    pub(crate) fn predict_solved(&self, theta: &[f64], solved: &(Matrices, Modes)) -> Result<(), EvalError> {
+    pub fn predict_solved(&self, theta: &[f64], solved: &(Matrices, Modes)) -> Result<(), EvalError> {
         self.recent.get_or_make(theta, || self.predict_of(theta, solved.0.clone(), solved.1.clone())).map(|_| ())
     }
 

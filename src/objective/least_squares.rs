@@ -64,7 +64,7 @@ impl<'a> LeastSquares<'a> {
     /// By a way to the batched kernel that others of the same model, test and scaling may share; where it [gives derivatives](BatchPath::with_derivatives),
     /// costs and linearizations of single points come from the kernel too, equal to those of the reference path but for rounding.
     #[must_use]
-    pub(crate) fn through(mut self, batch: Arc<BatchPath>) -> Self {
+    pub fn through(mut self, batch: Arc<BatchPath>) -> Self {
         self.batch = batch;
         self
     }

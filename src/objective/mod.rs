@@ -26,7 +26,7 @@ mod statics;
 mod walls;
 
 pub use augmented::{Augmented, Wall};
-pub(crate) use batch::BatchPath;
+pub use batch::BatchPath;
 pub use comparison::Comparison;
 pub(crate) use decision::why_unpaired;
 pub use decision::{Deciding, Decision, decide, decide_by_rule};
@@ -36,7 +36,7 @@ pub use loss::Loss;
 pub use paper::PaperCost;
 pub use point::Point;
 pub use prediction::{Prediction, PredictionDerivative};
-pub(crate) use real_shapes::real_shapes;
+pub use real_shapes::real_shapes;
 pub use residual::{RESIDUALS, Residual, Residuals};
 pub(crate) use responses::{direct_responses, silent_functions};
 pub use scaling::{Scaling, matrix_derivatives};

@@ -41,7 +41,8 @@ impl Prediction {
     /// The same modes at other frequencies and with other shapes at the sensors, as far as those tell: as in a batch.
     ///
     /// * `frequencies_hz`, `at_sensors` - of the elastic modes
-    pub(crate) fn moved(
+    #[must_use]
+    pub fn moved(
         &self,
         frequencies_hz: Vec<f64>,
         at_sensors: DMatrix<f64>,

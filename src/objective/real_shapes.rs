@@ -6,7 +6,7 @@ use crate::linalg::{Complex, DMatrix};
 /// Complex test shapes turned by the phase that makes them as real as can be, then their real parts.
 ///
 /// The phase is half that of Σ ψ_k²: it maximises the sum of squares of the real parts.
-pub(crate) fn real_shapes(test: &TestData) -> DMatrix<f64> {
+pub fn real_shapes(test: &TestData) -> DMatrix<f64> {
     let n = test.sensors.len();
     let mut shapes = DMatrix::from_element(n, test.modes.len(), f64::NAN);
     for (j, mode) in test.modes.iter().enumerate() {

@@ -15,7 +15,7 @@ pub(crate) fn plain(value: f64) -> String {
 }
 
 /// Four significant digits; powers of ten outside 1e-3 to 1e6.
-pub(crate) fn four_digits(value: f64) -> String {
+pub fn four_digits(value: f64) -> String {
     let size = value.abs();
     if !value.is_finite() {
         "–".into()

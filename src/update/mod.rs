@@ -46,7 +46,7 @@ pub use identified::{
 pub use marginals::{Marginal, QUANTILES, marginals, sampled_values};
 pub use momentum::{SensorChange, SensorCheck, ShapeMomentum, check_sensors_by_model};
 pub use objective_spec::{LimitSpec, ObjectiveSpec, Regularization};
-pub(crate) use pairing::as_given;
+pub use pairing::as_given;
 pub use pairing::{HowToPair, PairedTest, compared, freed, paired_at, paired_test};
 pub use peaks::Peak;
 pub use pretest::{Placement, Pretest, PretestOptions, TargetMode, pretest};

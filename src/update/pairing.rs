@@ -56,7 +56,7 @@ impl HowToPair {
     }
 
     /// The rule by which a fit pairs, at every point, what was found to be of the structure.
-    pub(crate) fn rule(&self, test: &TestData) -> PairingOptions {
+    pub fn rule(&self, test: &TestData) -> PairingOptions {
         let has_likeness = test.modes.iter().any(|m| m.shape.is_some() || m.standing.is_followed());
         let by = match self.by {
             None | Some(PairBy::Mac | PairBy::NearMac) if !has_likeness => PairBy::Order,
@@ -78,7 +78,7 @@ impl HowToPair {
     }
 
     /// Whether pairs are inferred.
-    pub(crate) fn infers(&self) -> bool {
+    pub fn infers(&self) -> bool {
         self.by.is_none()
     }
 
@@ -93,13 +93,13 @@ impl HowToPair {
     }
 
     /// Decides which modes of some tests are of the structure, for a fit, without the readings of sensors that the motions of the model
-    /// [contradict](trust).
+    /// contradict.
     ///
     /// * `misread` - share of frequencies that may be noted wrongly
     ///
     /// # Errors
     /// As [`decide`].
-    pub(crate) fn settle(
+    pub fn settle(
         &self,
         comparisons: &[Comparison<'_>],
         start: &DVector<f64>,
@@ -121,13 +121,13 @@ impl HowToPair {
 }
 
 /// Tests with the standing of their modes.
-pub(crate) struct SettledPairs {
+pub struct SettledPairs {
     /// All readings in them.
-    pub(crate) tests: Vec<TestData>,
+    pub tests: Vec<TestData>,
     /// Of every test, the sensors that took no part.
-    pub(crate) contradicted: Vec<Vec<usize>>,
+    pub contradicted: Vec<Vec<usize>>,
     /// Where the parameters have gone for it, in the unit box.
-    pub(crate) x: DVector<f64>,
+    pub x: DVector<f64>,
 }
 
 fn contradicted(check: Option<&SensorCheck>) -> Vec<usize> {
@@ -225,7 +225,7 @@ pub fn freed(test: &TestData) -> TestData {
 }
 
 /// A test whose modes stand as its user says, whatever was found.
-pub(crate) fn as_given(test: &TestData) -> TestData {
+pub fn as_given(test: &TestData) -> TestData {
     let mut out = test.clone();
     for mode in &mut out.modes {
         if matches!(mode.standing, Standing::Aside { .. } | Standing::Found { is_fixed: false, .. }) {

@@ -13,14 +13,14 @@ skip() {
 command -v node >/dev/null 2>&1 && command -v npm >/dev/null 2>&1 || skip "no Node.js with npm here"
 
 echo "== front end: types, arithmetic, and whether dist/ is what its sources give"
-cd "$root/src/report/web"
+cd "$root/report/web"
 npm ci --silent --no-audit --no-fund || skip "npm cannot install the front end's packages"
 npm run --silent check
 npm run --silent test
 
 echo "== pages of the fixture"
 cd "$root"
-cargo test --release --quiet --lib report::fixture
+cargo test --release --quiet -p retune-report --lib fixture
 cargo test --release --quiet --test all live::
 
 [ -n "${CHROMIUM:-}" ] || [ -x /usr/bin/chromium ] || [ -x /usr/bin/chromium-browser ] || [ -x /usr/bin/google-chrome ] ||

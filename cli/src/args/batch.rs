@@ -2,7 +2,7 @@
 
 use super::Answer;
 use clap::{Args, ValueEnum};
-use retune::diagnosis::benchmark::Part;
+use retune_diagnosis::benchmark::Part;
 use std::path::PathBuf;
 
 /// What is done with every test.

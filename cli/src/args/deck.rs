@@ -3,7 +3,7 @@
 use super::{Overwrite, values};
 use clap::{Args, ValueEnum};
 use retune::catalogue::Choice;
-use retune::exchange::{Solver, System};
+use retune_exchange::{Solver, System};
 use std::path::PathBuf;
 
 /// What gets a parameter.

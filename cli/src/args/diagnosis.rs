@@ -2,7 +2,7 @@
 
 use super::{Answer, Overwrite, PairingOptions, Print, Random, Tests, values};
 use clap::{Args, ValueEnum};
-use retune::diagnosis::benchmark::Part;
+use retune_diagnosis::benchmark::Part;
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -4,7 +4,7 @@ use super::{Overwrite, values};
 use crate::output::{Failure, print};
 use crate::writing;
 use clap::{Args, ValueEnum};
-use retune::exchange::System;
+use retune_exchange::System;
 use std::path::PathBuf;
 
 /// What the structure is like.

@@ -113,8 +113,8 @@ pub(super) fn time(text: &str) -> Result<Duration, String> {
 }
 
 /// A system of units by its word.
-pub(super) fn system(text: &str) -> Result<&'static retune::exchange::System, String> {
-    use retune::exchange::{SYSTEMS, system_by_name};
+pub(super) fn system(text: &str) -> Result<&'static retune_exchange::System, String> {
+    use retune_exchange::{SYSTEMS, system_by_name};
     system_by_name(text).ok_or_else(|| {
         let words = SYSTEMS.iter().map(|s| s.name);
         let suggestion = retune::catalogue::did_you_mean(text, words.clone());

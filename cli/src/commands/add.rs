@@ -3,10 +3,10 @@
 use crate::args::{Add, Undo};
 use crate::output::{Failure, print, shown, warn};
 use crate::{DONE, files, writing};
-use retune::diagnosis::sensor_loads;
 use retune::effect::{Context, Effects, PatchError, Structure, undo};
 use retune::fault::{FAULTS, Fault};
-use retune::report::text::printable;
+use retune_diagnosis::sensor_loads;
+use retune_report::text::printable;
 use std::path::Path;
 
 pub(crate) fn run(args: &Add) -> Result<u8, Failure> {

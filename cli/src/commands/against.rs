@@ -3,9 +3,9 @@
 use crate::args::Check;
 use crate::output::{Failure, print, shown, style};
 use crate::{DONE, SHORT, ledger};
-use retune::exchange::{Agreement, MassAgreement, compare_results, read_results};
 use retune::model::Model;
-use retune::report::text::{Align, Table, Tone, number};
+use retune_exchange::{Agreement, MassAgreement, compare_results, read_results};
+use retune_report::text::{Align, Table, Tone, number};
 use serde_json::json;
 use std::fmt::Write as _;
 

@@ -6,10 +6,10 @@ use crate::output::{Failure, print, shown};
 use crate::progress::bar;
 use crate::{files, writing};
 use retune::catalogue::did_you_mean;
-use retune::diagnosis::benchmark::{
+use retune_diagnosis::benchmark::{
     Benchmark as Measured, Class, Part, Plan, STRUCTURES, Score, Shard, Share, benchmark, run_shard,
 };
-use retune::diagnosis::{Settings, Verdict};
+use retune_diagnosis::{Settings, Verdict};
 use std::fmt::Write as _;
 
 /// Bytes of a shard, at most: whole diagnoses of many cases are in it.

@@ -6,8 +6,8 @@ use crate::{DONE, WRONG_INPUT, files};
 use retune::catalogue::counted;
 use retune::element::{Axes, Dof};
 use retune::model::{MassProperties, Model, ParametricModel, PlacedElement, Soundness, lint};
-use retune::report::text::{Tone, number, printable};
 use retune::yaml::Severity;
+use retune_report::text::{Tone, number, printable};
 use serde_json::json;
 use std::fmt::Write as _;
 

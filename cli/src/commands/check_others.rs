@@ -6,9 +6,9 @@ use crate::output::{Failure, print, problems_json, render_problems, style, tell,
 use crate::{DONE, WRONG_INPUT};
 use retune::catalogue::counted;
 use retune::correlation::parse_profiles;
-use retune::report::text::{Tone, printable};
 use retune::update::ObjectiveSpec;
 use retune::yaml::{Problem, Severity};
+use retune_report::text::{Tone, printable};
 use serde_json::json;
 
 /// Keys of an objective file: one without others is none of a model.

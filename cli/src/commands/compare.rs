@@ -6,11 +6,11 @@ use crate::output::{Failure, mac_matrix, pairs, print, style, warn};
 use crate::{DONE, SHORT, files};
 use retune::correlation::CriteriaProfile;
 use retune::data::corrected_functions;
-use retune::report::answer;
-use retune::report::text::{Style, agreement as words, printable};
 use retune::update::{
     Agreement, AgreementOptions, Assessment, HowToPair, UpdateError, agreement, coarse_mesh_text, load_profile,
 };
+use retune_report::answer;
+use retune_report::text::{Style, agreement as words, printable};
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -9,11 +9,11 @@ use crate::progress::Spinner;
 use crate::{DONE, SHORT, writing};
 use retune::catalogue::did_you_mean;
 use retune::data::{TestData, joined};
-use retune::diagnosis::{Effort, Settings, Until, Verdict, diagnose_tests};
 use retune::effect::{Effect, Effects};
 use retune::fault::Faults;
 use retune::model::ParametricModel;
-use retune::report::{
+use retune_diagnosis::{Effort, Settings, Until, Verdict, diagnose_tests};
+use retune_report::{
     Case, ReportData, add_diagnosis, add_live, add_tests, answer, assess_paired, diagnosis, of_comparison, text,
 };
 use std::path::{Path, PathBuf};
@@ -119,7 +119,7 @@ pub(super) fn about_files(data: &mut ReportData, all: &[Tested], model: &Path, t
 }
 
 /// The tests beside the first.
-pub(super) fn others(all: &[Tested]) -> Vec<retune::report::Tested<'_>> {
+pub(super) fn others(all: &[Tested]) -> Vec<retune_report::Tested<'_>> {
     all.iter().skip(1).map(|t| (&t.model, &t.test)).collect()
 }
 

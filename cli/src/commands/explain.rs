@@ -11,7 +11,7 @@ use retune::element::{ELEMENTS, Element};
 use retune::fault::{FAULTS, Fault};
 use retune::objective::{RESIDUALS, Residual};
 use retune::optim::{ABBREVIATIONS, OPTIMIZERS, full_name};
-use retune::report::text::{Align, Style, Table};
+use retune_report::text::{Align, Style, Table};
 
 /// Members that are named, in a hint.
 const RELATED: usize = 6;

@@ -5,7 +5,7 @@ use crate::args::Export;
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, writing};
 use retune::deck::Source;
-use retune::exchange::{export, export_keywords};
+use retune_exchange::{export, export_keywords};
 use std::path::{Path, PathBuf};
 
 /// Writes a model back into the deck that it was imported from.

@@ -9,8 +9,8 @@ use retune::identify::health::{
     Finding, HealthOptions, check_damping, check_shapes, check_test, compare_runs, reversed_time_finding,
 };
 use retune::identify::{IdentifyOptions, identify, sensors, test_modes};
-use retune::report::answer;
 use retune::update::{held_modes, place, points_of, sensors_by_model};
+use retune_report::answer;
 use serde_json::json;
 
 pub(crate) fn run(args: &Health) -> Result<u8, Failure> {

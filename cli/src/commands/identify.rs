@@ -8,10 +8,10 @@ use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::{Choice, counted};
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
 use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
-use retune::report::text::{Align, Cell, Style, Table, Tone, hertz};
-use retune::report::{answer, of_identification};
 use retune::units::Scalar;
 use retune::update::{About, Identified, IdentifySettings, Method, Way, Window, identify_test};
+use retune_report::text::{Align, Cell, Style, Table, Tone, hertz};
+use retune_report::{answer, of_identification};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -159,7 +159,7 @@ fn held(found: &Identified, n_sensors: usize, style: &Style) -> String {
             hertz(m.frequency_hz.value, 4).into(),
             m.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.3} %", 100.0 * z.value)).into(),
             format!("{mpc:.3}").into(),
-            retune::report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
+            retune_report::text::printable(m.label.as_deref().unwrap_or_default()).into(),
         ]);
     }
     let mut out = format!(
@@ -195,7 +195,7 @@ fn peaks(all: &[(String, Vec<SpectrumPeak>)], style: &Style) -> String {
                 p.damping_ratio.map_or_else(|| "–".to_string(), |z| format!("{:.2} %", 100.0 * z)).into(),
             ]);
         }
-        let _ = writeln!(out, "spectrum {}", retune::report::text::printable(name));
+        let _ = writeln!(out, "spectrum {}", retune_report::text::printable(name));
         out += &if list.is_empty() { "no peak was found\n".to_string() } else { table.render(style) };
         if list.len() > PEAKS_SHOWN {
             let more = format!(

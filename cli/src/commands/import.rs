@@ -5,11 +5,11 @@ use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, ledger, writing};
 use retune::deck::{Deck, DeckError, KeywordDeck, Source, is_keyword_deck};
 use retune::effect::move_files;
-use retune::exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
 use retune::modal::SolveOptions;
 use retune::model::{Model, ParametricModel, Registry, solve_modes};
-use retune::report::text::number;
 use retune::yaml::Problem;
+use retune_exchange::{ImportOptions, Imported, Quantity, SYSTEMS, import, import_keywords};
+use retune_report::text::number;
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -5,9 +5,9 @@ use crate::args::{Init, InitOf};
 use crate::output::{Failure, print, shown};
 use crate::{DONE, WRONG_INPUT, files, schemas, writing};
 use retune::data::{Sensor, write_test};
-use retune::exchange::{ImportOptions, MeshFile, SYSTEMS, Solver, System};
 use retune::model::{Model, ParametricModel, Registry, load_in};
 use retune::update::{TwinOptions, TwinStory, node_sensors, twin_modes};
+use retune_exchange::{ImportOptions, MeshFile, SYSTEMS, Solver, System};
 use std::path::{Path, PathBuf};
 
 const OBJECTIVE: &str = include_str!("../templates/objective.yaml");

@@ -8,9 +8,9 @@ use crate::page::{Outputs, announce};
 use crate::progress::Spinner;
 use crate::{DONE, SHORT, writing};
 use retune::data::{TestData, joined, write_test};
-use retune::diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
 use retune::model::Model;
-use retune::report::{
+use retune_diagnosis::{Estimate, Learned, Settings, Step, Verdict, learn_from_tests};
+use retune_report::{
     LearningStep, add_live_of_learning, answer, diagnosis, learning_steps, misfit_before_any_fit, of_learning, text,
 };
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use crate::args::{List, ListOf};
 use crate::lists::{lists, members};
 use crate::output::{Failure, print, print_json, reference_style};
 use crate::{DONE, markdown};
-use retune::report::text::{Align, Table};
+use retune_report::text::{Align, Table};
 use serde_json::json;
 
 pub(crate) fn run(args: &List) -> Result<u8, Failure> {
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &List) -> Result<u8, Failure> {
         table.row([name.as_str().into(), summary.as_str().into()]);
     }
     if args.to.output.is_some() {
-        args.to.hand_over(&table.render(&retune::report::text::Style { width: 10_000, ..Default::default() }))?;
+        args.to.hand_over(&table.render(&retune_report::text::Style { width: 10_000, ..Default::default() }))?;
         return Ok(DONE);
     }
     print(&table.render(&reference_style()));

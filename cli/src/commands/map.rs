@@ -7,8 +7,8 @@ use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::counted;
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 use retune::data::{Place, write_test};
-use retune::report::text::{Align, Cell, Style, Table, Tone};
 use retune::update::points_of;
+use retune_report::text::{Align, Cell, Style, Table, Tone};
 use serde_json::json;
 use std::fmt::Write as _;
 

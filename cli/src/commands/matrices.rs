@@ -7,7 +7,7 @@ use retune::catalogue::counted;
 use retune::matrices::{
     Contents, DofRow, File, Inspection, Matrix, RIGID, SymmetryError, inspect, read, reader_of, suspected_length,
 };
-use retune::report::text::number;
+use retune_report::text::number;
 use serde_json::{Value, json};
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;

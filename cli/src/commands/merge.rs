@@ -6,7 +6,7 @@ use crate::DONE;
 use crate::args::Merge;
 use crate::files;
 use crate::output::{Failure, shown};
-use retune::diagnosis::benchmark::{Shard, merge};
+use retune_diagnosis::benchmark::{Shard, merge};
 
 pub(crate) fn run(args: &Merge) -> Result<u8, Failure> {
     args.answer.check()?;

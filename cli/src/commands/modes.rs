@@ -5,9 +5,9 @@ use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
 use retune::modal::SolveOptions;
 use retune::model::{ParametricModel, solve_modes};
-use retune::report::answer;
-use retune::report::text::{Align, Table, hertz};
 use retune::update::name_modes;
+use retune_report::answer;
+use retune_report::text::{Align, Table, hertz};
 
 pub(crate) fn run(args: &Modes) -> Result<u8, Failure> {
     args.answer.check()?;

@@ -5,9 +5,9 @@ use crate::output::{Failure, print, print_json, shown, style, warn};
 use crate::{DONE, files, writing};
 use retune::data::{Sensor, joined, write_test};
 use retune::model::{Model, ParametricModel};
-use retune::report::answer;
-use retune::report::text::{Align, Style, Table, Tone, hertz, number, wrap};
 use retune::update::{Pretest, PretestOptions, TwinOptions, pretest, twin_modes};
+use retune_report::answer;
+use retune_report::text::{Align, Style, Table, Tone, hertz, number, wrap};
 use std::fmt::Write as _;
 
 /// Rows of a ranked table.

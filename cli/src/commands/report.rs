@@ -7,14 +7,14 @@ use crate::output::{Failure, print, style};
 use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, files};
 use retune::data::{TestData, corrected_functions, joined};
-use retune::diagnosis::{Settings, diagnose, diagnose_tests};
 use retune::model::{Model, ParametricModel};
-use retune::report::data::ReportData;
-use retune::report::{
+use retune::update::Assessment;
+use retune_diagnosis::{Settings, diagnose, diagnose_tests};
+use retune_report::data::ReportData;
+use retune_report::{
     Case, LearningStep, NotLive, add_before, add_diagnosis, add_learning, add_live, add_parameters, add_responses,
     add_versions, assess_paired, json, live_tests, misfit_before_any_fit, of_comparison, steps, text,
 };
-use retune::update::Assessment;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &Report) -> Result<u8, Failure> {

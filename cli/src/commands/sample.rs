@@ -10,9 +10,9 @@ use crate::{DONE, files, writing};
 use retune::catalogue::counted;
 use retune::model::ParametricModel;
 use retune::optim::{Evaluator, Posterior, Shared, Threads, Tmcmc};
-use retune::report::text::{Align, Table, number, printable};
-use retune::report::{answer, of_posterior};
 use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior_by, sampled_values};
+use retune_report::text::{Align, Table, number, printable};
+use retune_report::{answer, of_posterior};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -9,11 +9,11 @@ use retune::linalg::DMatrix;
 use retune::modal::{SolveOptions, solve};
 use retune::model::{Model, ParametricModel};
 use retune::objective::starting_point;
-use retune::report::answer;
-use retune::report::text::{Align, Cell, Style, Table, Tone, agreement, number, printable};
 use retune::update::{
     FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, node_sensors, sensitivities,
 };
+use retune_report::answer;
+use retune_report::text::{Align, Cell, Style, Table, Tone, agreement, number, printable};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -11,9 +11,9 @@ use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfQuantity, FrfSet, Geometry, Point, Sensor, csv, write_test};
 use retune::model::{Model, ParametricModel};
-use retune::report::answer;
 use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
 use retune::yaml::SourceMap;
+use retune_report::answer;
 use std::path::Path;
 
 pub(crate) fn run(args: &Twin) -> Result<u8, Failure> {

@@ -13,11 +13,11 @@ use retune::catalogue::counted;
 use retune::data::TestData;
 use retune::effect::set_parameter_values;
 use retune::optim::{Checkpoint, OptimizerSpec};
-use retune::report::text::{cost_history, printable};
-use retune::report::{Case, add_live, add_tests, answer};
 use retune::update::{
     Assessment, Controls, ObjectiveSpec, ReducedSearch, Settings, TestCase, UnpairedMode, update_to_tests,
 };
+use retune_report::text::{cost_history, printable};
+use retune_report::{Case, add_live, add_tests, answer};
 use std::path::Path;
 
 /// The objective of a file, or the default.
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &Update) -> Result<u8, Failure> {
     }
     if args.report.is_some() {
         let first = &all[0];
-        let mut data = retune::report::of_update(&first.model, &first.test, &u)?;
+        let mut data = retune_report::of_update(&first.model, &first.test, &u)?;
         let case = Case { model: &first.model, test: &first.test, assessment: &u.after };
         add_live(&mut data, case, &others(&all), &settings.pairing, Some(&first.model), &[]);
         data.meta.warnings.extend(u.uncertainty.remarks.iter().cloned());

@@ -12,11 +12,11 @@ use crate::tested::{Given, Pairing, Tested, all_tested};
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::data::TestData;
-use retune::diagnosis::{self, Listener, Until, diagnose_tests, learn_from_tests};
 use retune::effect::{Effect, Effects};
 use retune::fault::{Fault, Faults};
 use retune::model::Model as Structure;
 use retune::update::HowToPair;
+use retune_diagnosis::{Listener, Until, diagnose_tests, learn_from_tests};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -65,7 +65,7 @@ pub(crate) struct SearchOptions<'py> {
 
 /// The same, free of Python.
 struct Tried {
-    settings: diagnosis::Settings,
+    settings: retune_diagnosis::Settings,
     budget: Option<Duration>,
 }
 
@@ -97,14 +97,14 @@ impl SearchOptions<'_> {
         if !(self.effort > 0.0 && self.effort.is_finite()) {
             return Err(Wrong::text(format!("effort is {}; it is a factor above zero", self.effort)));
         }
-        let settings = diagnosis::Settings {
+        let settings = retune_diagnosis::Settings {
             effects,
             places: self.places.clone(),
-            effort: diagnosis::Effort::default().times(self.effort),
+            effort: retune_diagnosis::Effort::default().times(self.effort),
             faults,
             pairing: self.pairing.how()?,
             seed: self.seed,
-            ..diagnosis::Settings::default()
+            ..retune_diagnosis::Settings::default()
         };
         Ok(Tried { settings, budget: self.budget.map(budget).transpose()? })
     }
@@ -125,14 +125,14 @@ impl SearchOptions<'_> {
 
 impl Tried {
     /// Settings that end with the job, or when the time is over that begins now.
-    fn of(self, job: &Job) -> diagnosis::Settings {
+    fn of(self, job: &Job) -> retune_diagnosis::Settings {
         let mut until = Until::the_end().stopped_by(Arc::clone(&job.stop));
         if let Some(budget) = self.budget {
             until = until.elapsed(budget);
         }
         let job = job.clone();
         let listener = Listener::new(move |what| job.tell(what.to_string(), None, None));
-        diagnosis::Settings { listener, until, ..self.settings }
+        retune_diagnosis::Settings { listener, until, ..self.settings }
     }
 }
 
@@ -166,7 +166,7 @@ fn searched<T: Send + 'static>(
     options: &SearchOptions<'_>,
     progress: OneProgress<'_, '_>,
     call: &'static str,
-    search: impl FnOnce(&Structure, &[&TestData], &diagnosis::Settings) -> Result<T, Wrong> + Send + 'static,
+    search: impl FnOnce(&Structure, &[&TestData], &retune_diagnosis::Settings) -> Result<T, Wrong> + Send + 'static,
 ) -> PyResult<Searched<T>> {
     let (given, tests) = (Given::File(Arc::clone(&model.0)), sources(tests));
     let made = made(&given, &tests, call, Some(options.seed));

@@ -7,8 +7,8 @@ use crate::running::{Stops, run};
 use crate::test::Test;
 use pyo3::prelude::*;
 use retune::catalogue::Choice as _;
-use retune::report::answer;
 use retune::update::{self as workflows, Placement, PretestOptions};
+use retune_report::answer;
 use std::sync::Arc;
 
 /// `retune pretest`: the JSON.

@@ -8,9 +8,9 @@ use crate::test::{Frfs, Test};
 use crate::tested::{Given, Pairing, tested};
 use pyo3::prelude::*;
 use retune::data::{corrected_functions, joined};
-use retune::diagnosis::{self, Listener, Until};
 use retune::model::ParametricModel as _;
-use retune::report::{Case, add_before, add_diagnosis, add_live, add_responses, assess_paired, html, json};
+use retune_diagnosis::{Listener, Until};
+use retune_report::{Case, add_before, add_diagnosis, add_live, add_responses, assess_paired, html, json};
 use std::sync::Arc;
 
 /// `retune report`: the page and its data as JSON, with remarks.
@@ -50,14 +50,14 @@ pub(crate) fn report(
         let mut hypotheses = Vec::new();
         if diagnose {
             let job = job.clone();
-            let settings = diagnosis::Settings {
+            let settings = retune_diagnosis::Settings {
                 seed,
                 pairing: how,
                 until: Until::the_end().stopped_by(Arc::clone(&job.stop)),
                 listener: Listener::new(move |what| job.tell(what.to_string(), None, None)),
-                ..diagnosis::Settings::default()
+                ..retune_diagnosis::Settings::default()
             };
-            let found = diagnosis::diagnose(structure, data_of_test, &settings)?;
+            let found = retune_diagnosis::diagnose(structure, data_of_test, &settings)?;
             add_diagnosis(&mut data, &found, structure, &joined(&[data_of_test]).test);
             hypotheses = found.hypotheses;
         }

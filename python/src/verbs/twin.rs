@@ -10,8 +10,8 @@ use crate::test::{Test, TestSource, quantity_of};
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::model::{Model as Structure, ParametricModel as _};
-use retune::report::answer;
 use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+use retune_report::answer;
 use std::sync::Arc;
 
 /// What a synthetic test is made with.

@@ -71,7 +71,7 @@ impl Structure<'_> {
     /// other places, and none where nothing lies between them any more.
     ///
     /// * `round` - how often it has been looked about before: each time a third as far
-    pub(crate) fn finer(&self, at: &Location, round: u32) -> Vec<String> {
+    pub fn finer(&self, at: &Location, round: u32) -> Vec<String> {
         let Some(name) = at.names.first() else { return Vec::new() };
         let mut found = match at.kind {
             LocationKind::Node => self.model.geometry().node(name).map(|n| self.nodes_about(n, round)),

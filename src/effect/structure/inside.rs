@@ -36,7 +36,7 @@ impl Structure<'_> {
     }
 
     /// Whether the file subdivides elements, so that there are places inside of them.
-    pub(crate) fn has_places_inside(&self) -> bool {
+    pub fn has_places_inside(&self) -> bool {
         !self.pieces().is_empty()
     }
 }

@@ -1,0 +1,145 @@
+//! Two hypotheses together.
+//!
+//! The first of two was chosen while the second was not there, and may have taken over what the second leaves. So each is sought again
+//! with the other in its place:
+//!
+//! ```text
+//! ln B(a, b) = ln B(a) + ln B(b | a) = ln B(b) + ln B(a | b)
+//! ```
+//!
+//! All pairs that share one member with the best are compared; what cannot be told from a member beside the other is tied with it.
+
+use super::board::merge;
+use super::hypothesis::{Refit, Tried};
+use super::prior::Odds;
+use super::run::{refit_begun, refit_these, stage_with};
+use super::singles::refit;
+use crate::error::DiagnosisError;
+use crate::problem::evidence::ln_sum;
+use crate::screen::stage::Stage;
+use crate::settings::Settings;
+use crate::thresholds::LOWER;
+use retune::linalg::DVector;
+use std::collections::BTreeMap;
+
+/// Two hypotheses, what could stand in the place of each, and what was fitted with one of them.
+pub(crate) struct Pair {
+    /// The first on the base alone.
+    pub(crate) first: Refit,
+    /// With the first in the base.
+    pub(crate) on_first: Stage,
+    /// On top of the first, the most probable first: the second of the pair.
+    pub(crate) seconds: Vec<Refit>,
+    /// With the second in the base.
+    pub(crate) on_second: Stage,
+    /// On top of the second, the most probable first: the first of the pair.
+    pub(crate) firsts: Vec<Refit>,
+    /// ln of odds times Bayes factors of all pairs together.
+    pub(crate) ln_all: f64,
+    /// By id: the share of the pairs with it.
+    shares: BTreeMap<String, f64>,
+}
+
+impl Pair {
+    /// The share of the pairs with a hypothesis among all that were fitted.
+    pub(crate) fn share(&self, id: &str) -> f64 {
+        self.shares.get(id).copied().unwrap_or(0.0)
+    }
+}
+
+/// The best pair that one or a few exchanges lead to; `None` where the second cannot stand alone.
+///
+/// * `refits` - of the base
+/// * `first` - on the base
+/// * `on_first`, `seconds` - the stage with it, and what was refitted there
+pub(crate) fn pair(
+    base: &Stage,
+    refits: &[Refit],
+    first: Refit,
+    (on_first, seconds): (Stage, Vec<Refit>),
+    odds: &Odds<'_>,
+    settings: &Settings,
+) -> Result<Option<Pair>, DiagnosisError> {
+    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let order = |list: &mut Vec<Refit>| list.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
+    let n = base.fit.x.len();
+    let id = |r: &Refit| r.id(&base.scene);
+    // Alone on the base: as it was fitted there, or from where the pair has brought the base.
+    let alone = |r: &Refit| {
+        let known = refits.iter().find(|known| id(known) == id(r)).cloned();
+        let starts = [r.fit.x.rows(0, n).into_owned(), base.fit.x.clone()];
+        known.or_else(|| refit_these(base, &[&r.tried], &starts).ok()?.pop())
+    };
+    let with = |r: &Refit| stage_with(base, r, settings);
+    let on_top = |of: &Refit, stage: &Stage, others: &[&Refit], starts: &[DVector<f64>]| {
+        let mut found = refit(stage, true)?.hypotheses;
+        // With one more in the base none leaves more than alone: one that seems to has ended in another basin.
+        let is_there = |other: &Refit| found.iter().any(|r| id(r) == id(other) && r.fit.phi <= other.fit.phi + LOWER);
+        // Where it was found alone, with what the stage has beside it.
+        let begun = |r: &Refit| {
+            let (base, own) = (r.fit.x.rows(0, n), r.fit.x.rows(n, r.fit.x.len() - n));
+            let beside = stage.fit.x.rows(n, stage.fit.x.len() - n);
+            let all = base.iter().chain(beside.iter()).chain(own.iter());
+            matches!(r.tried, Tried::Effect(_)).then(|| DVector::from_vec(all.copied().collect()))
+        };
+        let again: Vec<_> = others.iter().filter(|other| !is_there(other)).map(|r| (&r.tried, begun(r))).collect();
+        merge(stage, &mut found, refit_begun(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
+        found.retain(|r| id(r) != id(of));
+        order(&mut found);
+        Ok::<_, DiagnosisError>(found)
+    };
+    // Where the two have brought the base and the one that was fitted last.
+    let without_the_other = |both: &DVector<f64>, own: usize| {
+        DVector::from_iterator(n + own, both.rows(0, n).iter().chain(both.rows(both.len() - own, own).iter()).copied())
+    };
+    let mut now = (first, on_first, seconds);
+    order(&mut now.2);
+    for exchange in 0..=base.effort().exchanges {
+        if base.settings.until.is_over() {
+            return Ok(None);
+        }
+        let (first, on_first, seconds) = now;
+        let Some(second) = seconds.first().and_then(alone) else { return Ok(None) };
+        let on_second = with(&second)?;
+        let own = id(&first);
+        let rivals = refits.iter().take(base.effort().rivals).filter(|r| id(r) != own && id(r) != id(&second));
+        let others: Vec<&Refit> = rivals.chain([&first]).collect();
+        let both = without_the_other(&seconds[0].fit.x, on_second.fit.x.len() - n);
+        let firsts = on_top(&second, &on_second, &others, &[both])?;
+        let better =
+            firsts.first().filter(|best| exchange < base.effort().exchanges && id(best) != own).and_then(alone);
+        let Some(better) = better else {
+            let (ln_all, shares) = compare(&id, &weight, (&first, &seconds), (&second, &firsts));
+            return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));
+        };
+        let on_better = with(&better)?;
+        let seconds = on_top(&better, &on_better, &[&second], &[])?;
+        now = (better, on_better, seconds);
+    }
+    Ok(None)
+}
+
+/// ln of odds times Bayes factors of all pairs, in either order, and the share of each hypothesis.
+fn compare(
+    id: &impl Fn(&Refit) -> String,
+    weight: &impl Fn(&Refit) -> f64,
+    (first, seconds): (&Refit, &[Refit]),
+    (second, firsts): (&Refit, &[Refit]),
+) -> (f64, BTreeMap<String, f64>) {
+    let mut pairs: BTreeMap<[String; 2], f64> = BTreeMap::new();
+    let all = seconds.iter().map(|r| (first, r)).chain(firsts.iter().map(|r| (second, r)));
+    for (lower, upper) in all {
+        let mut ids = [id(lower), id(upper)];
+        ids.sort();
+        let ln = weight(lower) + weight(upper);
+        pairs.entry(ids).and_modify(|known| *known = known.max(ln)).or_insert(ln);
+    }
+    let sum = ln_sum(&pairs.values().copied().collect::<Vec<_>>());
+    let mut shares: BTreeMap<String, f64> = BTreeMap::new();
+    for (ids, ln) in pairs {
+        for id in ids {
+            *shares.entry(id).or_default() += (ln - sum).exp();
+        }
+    }
+    (std::f64::consts::LN_2 + sum, shares)
+}

@@ -1,0 +1,62 @@
+//! The search for one cause: full fits of the best hypotheses, base parameters and size together, step by step. A step is a file and a line of
+//! [`SEARCH`].
+
+mod about_all_axes;
+mod beyond_the_place;
+mod chosen;
+mod every_other;
+mod every_part;
+mod extended;
+mod finer_mesh;
+mod like_the_best;
+mod looked;
+mod other_basins;
+mod screened;
+mod step;
+mod ties;
+mod with_more_sizes;
+
+use super::board::{Board, Refits};
+use super::nested::leave_out_wider;
+use crate::error::DiagnosisError;
+use crate::screen::stage::Stage;
+use step::Step;
+
+/// The search for one cause, step by step.
+///
+/// First-order scores mislead where an effect is large or the base has been pulled far. So every effect is looked at in several sizes, and where
+/// none of the best leaves noise, those that this and the scores put first are fitted with a few steps, and the best of those in full, with the
+/// best of every kind. What is like the best, in kind or place, is fitted once more from where the best has brought the base; what leaves nearly
+/// its trace is fitted too, so that ties are complete.
+const SEARCH: &[Step] = &[
+    screened::STEP,
+    looked::STEP,
+    every_part::STEP,
+    every_other::STEP,
+    extended::STEP,
+    with_more_sizes::STEP,
+    like_the_best::STEP,
+    beyond_the_place::STEP,
+    finer_mesh::STEP,
+    about_all_axes::STEP,
+    other_basins::STEP,
+    ties::STEP,
+];
+
+/// Searches a stage; what cannot be fitted is left out.
+///
+/// * `few` - the best of the screening alone, and fewer of them
+pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
+    let mut board = Board::new(stage, if few { stage.effort().best / 2 } else { stage.effort().best }, few)?;
+    for step in SEARCH {
+        if !stage.settings.until.is_over() && (step.when)(&board)? {
+            let before = board.work();
+            (step.take)(&mut board)?;
+            stage.settings.listener.took(&board.told(step.name, before));
+        }
+    }
+    let mut done = board.found;
+    leave_out_wider(stage, &mut done.hypotheses);
+    done.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    Ok(done)
+}

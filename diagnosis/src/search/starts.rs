@@ -1,0 +1,68 @@
+//! Where the fit of an effect may start.
+
+use crate::screen::effects::{Score, Screened};
+use crate::screen::stage::Stage;
+use retune::effect::{Candidate, NewParameter};
+use retune::linalg::DVector;
+
+/// Sizes of a start, as multiples of the typical one.
+const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
+
+/// Further ones where the bounds reach a hundred times as far: what gives or holds may do so from hardly to altogether.
+const FAR: [f64; 2] = [12.0, 60.0];
+
+/// Where a fit of an effect may start: for every base, sizes of a ladder.
+pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<Vec<DVector<f64>>> {
+    let screened = &stage.screened[score.index];
+    let candidate = &screened.candidate;
+    let join = |x: &DVector<f64>, values: &[f64]| {
+        let sizes =
+            candidate.parameters.iter().zip(values).map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]));
+        DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
+    };
+    let sizes = start_sizes(candidate, screened, Some(score));
+    bases.iter().map(|x| sizes.iter().map(|v| join(x, v)).collect()).collect()
+}
+
+/// A body on a spring has two sizes, and a basin for every mode that it may be tuned to.
+pub(crate) fn effort(candidate: &Candidate) -> usize {
+    if candidate.parameters.iter().any(|p| !p.grid.is_empty()) { 2 } else { 1 }
+}
+
+/// Sizes at which a refit of a candidate may start: as the screening says first, then a ladder around the typical size, and
+/// the grid where there is one.
+pub(crate) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Option<&Score>) -> Vec<Vec<f64>> {
+    let p = &candidate.parameters;
+    let clamp = |v: Vec<f64>| -> Vec<f64> { v.iter().zip(p).map(|(v, p)| v.clamp(p.bounds[0], p.bounds[1])).collect() };
+    let mut out = Vec::new();
+    if let Some(score) = score {
+        let at = &screened.columns[score.column].values;
+        let scaled = at.iter().zip(p).map(|(v, p)| {
+            if p.grid.is_empty() && p.typical != p.neutral { p.neutral + score.factor * (v - p.neutral) } else { *v }
+        });
+        out.push(clamp(scaled.collect()));
+    }
+    let gridded = p.iter().position(|p| !p.grid.is_empty());
+    let reaches_far = |p: &NewParameter| p.one_sided() && (p.bounds[1] - p.neutral) > 100.0 * (p.typical - p.neutral);
+    let far = if p.iter().all(reaches_far) { &FAR[..] } else { &[] };
+    for factor in LADDER.iter().chain(far).copied() {
+        let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
+        match gridded {
+            Some(g) => {
+                // The grid belongs to the typical size: a body of twice the mass keeps its frequency on twice the spring.
+                for &value in &p[g].grid {
+                    let mut v = at(factor);
+                    v[g] = factor * value;
+                    out.push(clamp(v));
+                }
+            }
+            None => {
+                out.push(clamp(at(factor)));
+                if !p.iter().any(NewParameter::one_sided) {
+                    out.push(clamp(at(-factor)));
+                }
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,156 @@
+//! The answer of a diagnosis in a sentence.
+
+use crate::result::{HypothesisResult, Kind, Verdict};
+use crate::screen::noise::WorstShape;
+use crate::screen::stage::Stage;
+use crate::search::pairs::Pair;
+use crate::search::several::Chain;
+use crate::thresholds::{MOST_NOISE, STRONG};
+use retune::fault::Tests;
+
+/// `; the data cannot tell it from 3 others`
+fn tie(name: &str, tied: &[String]) -> String {
+    match tied {
+        [] => String::new(),
+        [other] => format!("; the data cannot tell {name} from {other}"),
+        others => format!("; the data cannot tell {name} from {} others", others.len()),
+    }
+}
+
+/// Where one hypothesis is named, or none.
+///
+/// * `leads` - whether the best was more probable than all else before its remainder was tested
+pub(crate) fn of_one(
+    verdict: Verdict,
+    best: Option<&HypothesisResult>,
+    leads: bool,
+    base: &Stage,
+    remainder: &str,
+) -> String {
+    let id = best.map_or("", |b| b.id.as_str());
+    let likely = best.is_some_and(|b| b.probability > 0.5);
+    let tie = tie("it", best.map_or(&[], |b| &b.tied_with));
+    // A search that was cut short has not asked the whole catalogue.
+    let nothing = if base.settings.until.was_cut() { "nothing that was tried" } else { "nothing in the catalogue" };
+    match verdict {
+        Verdict::Adequate | Verdict::NoiseOrModel => {
+            let explained = if base.noise_factor() > 1.0 {
+                format!(
+                    "the model explains the test if the noise is {:.2} times as large as stated",
+                    base.noise_factor()
+                )
+            } else {
+                "the model explains the test at its stated noise".to_string()
+            } + without_damping(base);
+            match best.filter(|b| b.probability > 0.5) {
+                Some(b) => format!(
+                    "{explained}; {} would explain more of it (P {:.0} %), but no more than chance does",
+                    b.id,
+                    100.0 * b.probability
+                ),
+                None => explained,
+            }
+        }
+        Verdict::MissingEffect => {
+            let perhaps = if likely { "" } else { "perhaps " };
+            format!("{perhaps}{id} explains the test, and the rest looks like noise{tie}")
+        }
+        Verdict::MeasurementFault => {
+            let perhaps = if likely { "" } else { "perhaps " };
+            // Beside noise that is not believable the model may be wrong as well.
+            let alone = if base.noise_factor() > MOST_NOISE { "" } else { ", not the model" };
+            format!("{perhaps}the measurement is at fault{alone}: {id}{tie}")
+        }
+        Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
+            Some(b) => format!(
+                "{id} reduces the misfit from {} to {}, but {nothing} explains the rest; {remainder}",
+                number(b.misfit_before),
+                number(b.misfit_after)
+            ),
+            None => format!("{nothing} explains the test; {remainder}"),
+        },
+    }
+}
+
+fn without_damping(base: &Stage) -> &'static str {
+    if leaves_damping_aside(base) { ", damping aside, as the model has none" } else { "" }
+}
+
+/// Where the model would explain the test with noise that is not believable.
+pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> String {
+    let (damping, factor) = (without_damping(base), base.noise_factor());
+    let agreement = shape.map(|s| {
+        let mode = base.scene.mode(s.mode);
+        // Shapes that agree well differ in the digits after the nines.
+        let [mac, least] = [s.mac, s.least].map(|v| if v > 0.98 { format!("{v:.4}") } else { format!("{v:.2}") });
+        (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)
+    });
+    let reason = match agreement {
+        _ if factor <= 1.0 && shape.is_none() => "the model explains the test at its stated noise".to_string(),
+        Some((mac, least, _)) if factor <= 1.0 => {
+            format!("{mac}, where noise of the stated size {least}")
+        }
+        Some((mac, least, true)) => format!(
+            "the model explains the test only if the noise is {factor:.1} times as large as stated, and even then {mac}, where such noise {least}"
+        ),
+        Some((mac, least, false)) => format!(
+            "the model explains the test only if the noise is {factor:.1} times as large as stated; {mac}, and such noise {least}"
+        ),
+        None => format!("the model explains the test only if the noise is {factor:.1} times as large as stated"),
+    };
+    format!(
+        "the stated noise or the model is wrong: {reason}{damping}; check the standard deviations of the test, and if they are right, the model lacks \
+         something that is not in the catalogue"
+    )
+}
+
+/// Where two are named.
+pub(crate) fn of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
+    let [first, second, ..] = hypotheses else { return String::new() };
+    let perhaps = if pair.share(&first.id).min(pair.share(&second.id)) > 0.5 { "" } else { "perhaps " };
+    let both = match (first.kind, second.kind) {
+        (Kind::Effect, Kind::Effect) => format!("{perhaps}{} and {} explain the test together", first.id, second.id),
+        (Kind::Fault, Kind::Fault) => {
+            format!("{perhaps}the measurement is at fault twice, not the model: {} and {}", first.id, second.id)
+        }
+        (Kind::Effect, Kind::Fault) => {
+            format!("{perhaps}{} explains the test with a fault of the measurement, {}", first.id, second.id)
+        }
+        (Kind::Fault, Kind::Effect) => {
+            format!("{perhaps}{} explains the test with a fault of the measurement, {}", second.id, first.id)
+        }
+    };
+    let ties = [first, second].map(|h| tie(&h.id, &h.tied_with)).concat();
+    format!("{both}; neither suffices alone{ties}")
+}
+
+/// Where more than two are wrong.
+pub(crate) fn of_several(chain: &Chain, hypotheses: &[HypothesisResult]) -> String {
+    let ids = chain.ids();
+    let (first, rest) = ids.split_first().map_or(("", &[][..]), |(f, r)| (f.as_str(), r));
+    let rest = match rest {
+        [] => String::new(),
+        [one] => one.clone(),
+        [some @ .., last] => format!("{} and {last}", some.join(", ")),
+    };
+    let tie = tie(first, hypotheses.first().map_or(&[], |h| &h.tied_with));
+    let what = match hypotheses.first().map(|h| h.kind) {
+        Some(Kind::Fault) => "a fault of the measurement",
+        _ => "missing from the model",
+    };
+    format!(
+        "several things are wrong; first {first} ({what}); with {rest} beside it the rest looks like noise, and `retune learn` goes on, one at a \
+         time{tie}"
+    )
+}
+
+/// Whether the test has damping ratios and the model no damping to compare them with.
+pub(crate) fn leaves_damping_aside(base: &Stage) -> bool {
+    !base.scene.is_damped && base.scene.test.modes.iter().any(|m| m.damping_ratio.is_some())
+}
+
+/// To three digits.
+pub(crate) fn number(value: f64) -> String {
+    let digits = (2.0 - value.abs().max(1.0).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
