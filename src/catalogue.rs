@@ -69,24 +69,34 @@ pub use choice;
 
 /// Words longer than this are no typing errors.
 const LONGEST: usize = 100;
+/// Letters from which on a word may be the beginning of another.
+const ABBREVIATION: usize = 4;
 
 /// The candidate closest to `word`, if it is close enough to be what a typing error meant.
 ///
 /// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3; none for a
-/// single letter), without regard to case. Ties go to the first candidate.
+/// single letter), without regard to case. Ties go to the first candidate. Where none is so close, a word of [`ABBREVIATION`] letters or more is taken for the
+/// beginning of the only candidate that begins with it.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();
     // Of one letter every other letter is a neighbour.
     let limit = if length > 1 { (length / 3).clamp(1, 3) } else { 0 };
     let lower = word.to_lowercase();
-    candidates
-        .into_iter()
+    let (mut closest, mut begun, mut n_begun) = (None, None, 0);
+    for c in candidates {
         // The distance is at least the difference in length; and it takes the product of both lengths in memory.
-        .filter(|c| length <= LONGEST && c.chars().count().abs_diff(length) <= limit)
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
-        .filter(|(distance, _)| *distance <= limit)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, c)| c)
+        if length <= LONGEST && c.chars().count().abs_diff(length) <= limit {
+            let distance = strsim::damerau_levenshtein(&lower, &c.to_lowercase());
+            if distance <= limit && closest.is_none_or(|(least, _)| distance < least) {
+                closest = Some((distance, c));
+            }
+        }
+        if length >= ABBREVIATION && c.len() <= LONGEST && c.to_lowercase().starts_with(&lower) && begun != Some(c) {
+            begun = Some(c);
+            n_begun += 1;
+        }
+    }
+    closest.map(|(_, c)| c).or(begun.filter(|_| n_begun == 1))
 }
 
 /// The clause "; did you mean `x`?" for an error message, or nothing.
@@ -159,5 +169,10 @@ mod tests {
         assert_eq!(nearest("MASS", words), Some("mass"));
         assert_eq!(nearest("stiffness", words), None);
         assert_eq!(did_you_mean("ofset", words), "; did you mean `offset`?");
+        // The beginning of one word, not of several.
+        let words = ["joint-flexibility", "joint-damping", "joints"];
+        assert_eq!(nearest("joint-flex", words), Some("joint-flexibility"));
+        assert_eq!(nearest("joint-", words), Some("joints"));
+        assert_eq!(nearest("join", ["joint-flexibility", "joint-damping"]), None);
     }
 }

@@ -8,7 +8,7 @@
 mod merge;
 
 use crate::catalogue::did_you_mean;
-use saphyr_parser::{Event, Parser, Span};
+use saphyr_parser::{Event, Parser, ScalarStyle, Span};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -310,9 +310,6 @@ fn shape_error(error: &serde_yaml::Error, map: &SourceMap, lines: Option<&[Locat
         suggestion = did_you_mean(&word, quoted);
         if message.starts_with("unknown field") {
             path = child(&path, &word);
-            if word.starts_with(|c: char| c.is_ascii_digit()) {
-                suggestion = "; a comma begins a new entry: write decimals with a point".to_string();
-            }
         }
     }
     let location = error.location().and_then(|l| match lines {
@@ -384,6 +381,23 @@ fn cycle(event: &Event<'_>, anchors: &[usize], place: Location, text: &str) -> R
     }
     let message = format!("the alias `{text}` stands inside what it names, which would never end");
     Err(Problem { location: Some(place), ..Problem::error("", message) })
+}
+
+/// A decimal comma, `A: 28,48 cm2` between braces: what stands behind the comma is a key without a value there.
+///
+/// * `key` - byte where it begins; `end` - where it ends
+/// * `before` - the entry before it, by its path
+fn decimal_comma(text: &str, (key, end): (usize, usize), before: Option<(&String, &Entry)>) -> Option<Problem> {
+    let (path, entry) = before?;
+    let rest = text.get(key..end)?.trim_end();
+    let whole = text.get(entry.start..key)?.strip_suffix(',')?;
+    let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    if !(is_digit(rest.chars().next()) && is_digit(whole.chars().next_back())) {
+        return None;
+    }
+    let message =
+        format_args!("`{whole},{rest}`: a comma begins a new entry; write decimals with a point, `{whole}.{rest}`");
+    Some(Problem { location: Some(entry.key), ..Problem::error(path.clone(), message) })
 }
 
 /// What the builder of a [`SourceMap`] is inside of.
@@ -459,6 +473,13 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
                     }
                     Some(Frame::Mapping { key, .. }) => key.take().unwrap_or((String::new(), here, start)),
                 };
+                if matches!(&event, Event::Scalar(value, ScalarStyle::Plain, ..) if value.is_empty()) {
+                    let before = parent.as_ref().and_then(|p| map.children.get(p)?.last());
+                    let before = before.and_then(|p| map.places.get_key_value(p));
+                    if let Some(problem) = decimal_comma(text, (key_start, start), before) {
+                        return Err(problem);
+                    }
+                }
                 let entry = Entry { key, key_start, start, end };
                 map.places.insert(path.clone(), entry);
                 if let Some(parent) = parent {
@@ -557,6 +578,12 @@ mod tests {
         ] {
             let e = read::<File>(text).unwrap_err();
             assert_eq!(e[0].render("f"), expected);
+        }
+        for text in ["beams: {a: {length: 28,48 cm2}}\n", "beams: {a: {length: 28,48 cm2, chain: []}}\n"] {
+            assert_eq!(
+                read::<File>(text).unwrap_err()[0].render("f"),
+                "f:1:13: error: beams.a.length: `28,48 cm2`: a comma begins a new entry; write decimals with a point, `28.48 cm2`"
+            );
         }
     }
 

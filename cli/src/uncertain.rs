@@ -104,7 +104,7 @@ pub(crate) fn folded(text: &str, style: &Style) -> String {
 fn remarks(u: &Update) -> String {
     let c = &u.uncertainty;
     let n = c.parameters.len();
-    let mut out = format!("\nthe data see {} of {n} parameter combinations\n", c.rank);
+    let mut out = format!("\nthe data determine {} of {n} combinations of parameters\n", c.rank);
     for g in &c.inseparable {
         let names = g.parameters.join(", ");
         let _ = match g.n_numbers {
@@ -113,7 +113,7 @@ fn remarks(u: &Update) -> String {
             k => writeln!(out, "{names} act only through {k} numbers: {}", g.combinations.join("; ")),
         };
         if !g.shared.is_empty() {
-            let _ = writeln!(out, "  what the data see of them includes: {}", g.shared.join(", "));
+            let _ = writeln!(out, "  what the data determine of them includes: {}", g.shared.join(", "));
         }
     }
     let undetermined: Vec<&str> =

@@ -228,7 +228,7 @@ fn three_figures(value: f64) -> String {
 impl fmt::Display for Identifiability {
     /// A sentence for the rank, and one for each group.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the data see {} of {} parameter combinations", self.rank, self.names.len())?;
+        write!(f, "the data determine {} of {} combinations of parameters", self.rank, self.names.len())?;
         for group in &self.groups {
             let names: Vec<&str> = group.parameters.iter().map(|&i| self.names[i].as_str()).collect();
             let count = group.combinations.nrows();

@@ -73,7 +73,11 @@ impl fmt::Display for Misfit {
         }
         write!(f, "chi-squared {:.*} for {} data: ", digits(self.chi_squared), self.chi_squared, self.n_data)?;
         if self.p_lower < 0.01 {
-            write!(f, "noise alone gives so little in {}; the standard deviations may be too large", odds(self.p_lower))
+            write!(
+                f,
+                "noise alone leaves so little in {}; the standard deviations may be too large",
+                odds(self.p_lower)
+            )
         } else {
             write!(f, "noise alone gives this in {}", odds(self.p_value))
         }

@@ -18,7 +18,10 @@ fn empty_sets_have_empty_answers() {
     assert_eq!(identifiability(&none, &[], None, 0.1).unwrap().rank, 0);
     let silent = identifiability(&DMatrix::zeros(0, 2), &["a".to_owned(), "b".to_owned()], None, 0.1).unwrap();
     assert_eq!((silent.rank, silent.groups.len()), (0, 2));
-    assert_eq!(silent.to_string(), "the data see 0 of 2 parameter combinations\na has no effect\nb has no effect");
+    assert_eq!(
+        silent.to_string(),
+        "the data determine 0 of 2 combinations of parameters\na has no effect\nb has no effect"
+    );
     assert!(collinear_groups(&none, 0.9).is_empty());
     assert!(sensor_misfits::<f64>(&[]).unwrap().is_empty());
     assert_eq!(shape_residual::<f64>(&[], &[], &[]).unwrap().misfit.n_data, 0);

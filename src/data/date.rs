@@ -55,8 +55,8 @@ impl Date {
     }
 }
 
-/// The first day on which functions of universal files were recorded (ID line 3 of dataset 58), or, without any, on which the
-/// database was created (dataset 151).
+/// The first day on which functions of universal files were recorded (ID line 3 of dataset 58); without any, on which modes were stored (that of
+/// datasets 55 and 2414), or on which the database was created (dataset 151).
 pub(super) fn of_universal_files(files: &[UniversalFile]) -> Option<Date> {
     let all = || files.iter().flat_map(|f| &f.datasets);
     let functions = all().filter_map(|d| match d {
@@ -67,7 +67,12 @@ pub(super) fn of_universal_files(files: &[UniversalFile]) -> Option<Date> {
         Dataset::Header(h) => Date::of_record(&h.created.date),
         _ => None,
     });
-    functions.min().or_else(|| headers.min())
+    let modes = all().filter_map(|d| match d {
+        Dataset::DataAtNodes(d) => Date::of_record(&d.ids[2]),
+        Dataset::AnalysisData(d) => Date::of_record(&d.ids[2]),
+        _ => None,
+    });
+    functions.min().or_else(|| modes.min()).or_else(|| headers.min())
 }
 
 impl fmt::Display for Date {
@@ -160,6 +165,21 @@ mod tests {
         let files = [header("23-MAY-14"), header("NONE"), header("22-MAY-14")];
         assert_eq!(of_universal_files(&files), Date::new(2014, 5, 22));
         assert_eq!(of_universal_files(&files[1..2]), None);
+        // Modes alone, as an analyser exports them.
+        let analysis = crate::data::uff::DataAtNodes {
+            ids: ["rack", "NONE", "21-MAY-14 10:00:00", "NONE", "NONE"].map(str::to_owned),
+            model_type: 1,
+            analysis_type: 2,
+            characteristic: 2,
+            specific_type: 8,
+            data_type: 2,
+            values_per_node: 3,
+            integers: vec![0, 1],
+            reals: vec![3.0, 0.0, 0.0, 0.0],
+            entries: Vec::new(),
+        };
+        let modes = UniversalFile { datasets: vec![Dataset::DataAtNodes(analysis)] };
+        assert_eq!(of_universal_files(&[modes, header("23-MAY-14")]), Date::new(2014, 5, 21));
     }
 
     #[test]

@@ -231,7 +231,7 @@ fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
             let why = if named { "what it acts on is supported, rigid or inactive" } else { "no property names it" };
             s.warnings.push(Problem::warning(
                 format!("parameters.{}", p.name),
-                format_args!("no matrix depends on `{}`: {why}", p.name),
+                format_args!("`{}` changes nothing: {why}", p.name),
             ));
         }
     }

@@ -166,6 +166,9 @@ pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> 
         .collect())
 }
 
+/// Probability of an inferred pair from which a second shape that is as like as the first leaves no doubt.
+const DECIDED: f64 = 0.99;
+
 /// Compares at θ.
 pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, UpdateError> {
     let prediction = comparison.predict_anew(theta)?;
@@ -181,12 +184,22 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
             let mode = &test.modes[p.experimental];
             let test_hz = mode.frequency_hz.value;
             let model_hz = prediction.frequencies_hz[p.analytical];
-            // Without a shape there is no MAC to be low or ambiguous.
+            let probability = match &mode.standing {
+                // Of the pair that was inferred: a fit may have paired the mode anew since, unless it has followed it.
+                Standing::Found { model_mode, probability, reference, .. }
+                    if *model_mode == p.analytical || reference.is_some() =>
+                {
+                    Some(*probability)
+                }
+                _ => None,
+            };
+            // Without a shape there is no MAC to be low or ambiguous, and what the frequencies have decided is not.
             let flags = p
                 .flags
                 .iter()
                 .copied()
                 .filter(|f| mode.shape.is_some() || !matches!(f, PairFlag::LowMac | PairFlag::Ambiguous))
+                .filter(|f| *f != PairFlag::Ambiguous || probability.is_none_or(|p| p < DECIDED))
                 .collect();
             AssessedPair {
                 test_mode: p.experimental,
@@ -198,15 +211,7 @@ pub fn assess(comparison: &Comparison<'_>, theta: &[f64]) -> Result<Assessment, 
                 test_label: mode.label.clone(),
                 model_label: model_modes[p.analytical].label.clone(),
                 flags,
-                probability: match &mode.standing {
-                    // Of the pair that was inferred: a fit may have paired the mode anew since, unless it has followed it.
-                    Standing::Found { model_mode, probability, reference, .. }
-                        if *model_mode == p.analytical || reference.is_some() =>
-                    {
-                        Some(*probability)
-                    }
-                    _ => None,
-                },
+                probability,
                 by_user: mode.standing.is_named(),
             }
         })

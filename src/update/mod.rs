@@ -36,7 +36,7 @@ pub use correlate::{
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,
     ReferenceShift, Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions,
     frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
-    sensor_agreement, slip_of_unit, slips_of_readings,
+    sensor_agreement, slip_of_unit, slips_of_modes, slips_of_readings,
 };
 pub use error::UpdateError;
 pub use identified::{
@@ -59,6 +59,7 @@ pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncerta
 
 use self::pairing::SettledPairs;
 use self::reduced::ReducedCases;
+use crate::correlation::Misfit;
 use crate::data::TestData;
 use crate::identify::health::Finding;
 use crate::linalg::DVector;
@@ -358,6 +359,8 @@ pub struct Sampled {
     pub posterior: Posterior,
     /// Its peaks by descending share; none where there is one.
     pub peaks: Vec<Peak>,
+    /// The best sample against the tests, all together: a posterior is that of a model which can be right.
+    pub misfit: Misfit,
     /// What reduced models had to do with it, if they were asked for: their cost at the best sample beside that of the full models.
     pub reduced: Option<ReducedSearch>,
 }
@@ -419,10 +422,14 @@ fn sample(
     let walls = settings.objective.walls(model, &scaling).map_err(UpdateError::Limits)?;
     let start = scaling.x(&crate::objective::starting_point(model));
     let weight = regularization::weight(settings.objective.regularization, &data, &start, &walls)?;
-    let objective = Augmented::new(&data, weight, start, walls);
+    let objective = Augmented::new(&data, weight, start.clone(), walls);
     let posterior = sampler.sample_by(&objective, evaluator)?;
     let peaks = peaks::peaks((model, &scaling), &objective, &posterior);
-    Ok((Sampled { posterior, peaks, reduced: None }, weight))
+    let best = (0..posterior.costs.len()).min_by(|&a, &b| posterior.costs[a].total_cmp(&posterior.costs[b]));
+    let theta = scaling.theta(best.map_or(&start, |best| &posterior.samples[best]));
+    let misfits = comparisons.iter().map(|c| Ok(assess(c, &theta)?.misfit)).collect::<Result<Vec<_>, UpdateError>>()?;
+    let misfit = Misfit::combine(&misfits, scaling.len())?;
+    Ok((Sampled { posterior, peaks, misfit, reduced: None }, weight))
 }
 
 /// The tests of a fit with the standing of their modes.

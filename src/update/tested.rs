@@ -3,7 +3,7 @@
 //! Every verb that takes a model and a test asks these, so that the command and a program see the same model, the same test and the
 //! same remarks.
 
-use super::{FirstLook, slip_of_unit, slips_of_readings};
+use super::{FirstLook, slip_of_unit, slips_of_modes, slips_of_readings};
 use crate::correlation::{CorrelationError, check_functions, check_sensors, with_sensor_masses};
 use crate::data::{FrfFit, TestData};
 use crate::linalg::Complex;
@@ -58,6 +58,7 @@ pub fn meet(
     if let Ok(Some(slip)) = slip_of_unit(model, test) {
         warn(slip);
     }
+    slips_of_modes(model, test).unwrap_or_default().into_iter().for_each(&mut warn);
     slips_of_readings(model, test).unwrap_or_default().into_iter().for_each(&mut warn);
     let is_few = model.spec().configurations.len() <= FEW;
     if !is_asked && test.configuration.is_none() && is_few {

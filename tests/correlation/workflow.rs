@@ -9,7 +9,7 @@ use retune::objective::{Comparison, starting_point, static_readings};
 use retune::update::{
     FunctionsOptions, MassReduction, ModelFunctions, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
     frf_sensitivities, judge, load_profile, orthogonality, pretest, sensitivities, sensor_agreement, slip_of_unit,
-    slips_of_readings, twin_frfs,
+    slips_of_modes, slips_of_readings, twin_frfs,
 };
 
 /// The eight inertial parameters of the centre body act through four numbers (mass, first and second moments and roll
@@ -190,6 +190,24 @@ fn a_slip_of_the_unit_of_frequencies_is_seen() {
     assert!(slip_of_unit(&model, &test).unwrap().unwrap().contains("are they rad/s, written as Hz?"));
     test.modes.truncate(2);
     assert_eq!(slip_of_unit(&model, &test).unwrap(), None);
+}
+
+/// One frequency in kHz, written as Hz, is told with the mode whose shape it has; two of four that differ tell nothing.
+#[test]
+fn a_slip_of_the_unit_of_one_frequency_is_seen() {
+    let model = model("frame.yaml");
+    let sensors = sensors("frame.yaml", &model);
+    let mut test = twin(&model, &sensors, 4, (0.003, 0.02), 1);
+    assert_eq!(slips_of_modes(&model, &test).unwrap(), Vec::<String>::new());
+    test.modes[2].frequency_hz.value /= 1000.0;
+    let found = slips_of_modes(&model, &test).unwrap();
+    assert!(
+        matches!(&found[..], [one] if one.starts_with("mode 3 has the shape") && one.contains("is it kHz")),
+        "{found:?}"
+    );
+    assert_eq!(slip_of_unit(&model, &test).unwrap(), None);
+    test.modes[1].frequency_hz.value /= 1000.0;
+    assert_eq!(slips_of_modes(&model, &test).unwrap(), Vec::<String>::new());
 }
 
 /// Static readings in mm, written as m, are a common factor between two units; right ones are not.

@@ -123,9 +123,9 @@ pub(crate) struct Identify {
     #[arg(long, value_name = "RATE")]
     pub(crate) exponential_window: Option<String>,
     /// What a repeated test would change of a frequency, and ten times as much of a shape: the standard deviations of the test file contain
-    /// it; with 0 they are those of the lines alone.
-    #[arg(long, default_value = "0.1 %", value_name = "SHARE", value_parser = values::repeatability)]
-    pub(crate) repeatability: f64,
+    /// it, 0.1 % unless stated; with 0 they are those of the lines alone.
+    #[arg(long, value_name = "SHARE", value_parser = values::repeatability)]
+    pub(crate) repeatability: Option<f64>,
     /// Model in which the sensors get their places, by `retune map`.
     #[arg(long)]
     pub(crate) model: Option<PathBuf>,

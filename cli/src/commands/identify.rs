@@ -7,7 +7,9 @@ use crate::page::{Outputs, announce, provenance};
 use crate::{DONE, SHORT, files, writing};
 use retune::catalogue::{Choice, counted};
 use retune::data::{FrfSet, Measurements, TestData, TestMode, write_test};
-use retune::identify::{Identification, IdentifyOptions, PeakOptions, SpectrumPeak, cmif, complexity, spectrum_peaks};
+use retune::identify::{
+    Identification, IdentifyOptions, PeakOptions, REPEATABILITY, SpectrumPeak, cmif, complexity, spectrum_peaks,
+};
 use retune::units::Scalar;
 use retune::update::{About, Identified, IdentifySettings, Method, Way, Window, identify_test};
 use retune_report::text::{Align, Cell, Style, Table, Tone, hertz};
@@ -30,9 +32,9 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
     outputs.check()?;
     let found = read(&args.files, &args.measurement)?;
     let is_held = found.frfs.is_none() && found.spectra.is_empty() && found.modes.is_some();
-    if is_held && (args.band.is_some() || args.method != Method::Plscf) {
+    if is_held && (args.band.is_some() || args.method != Method::Plscf || args.repeatability.is_some()) {
         return Err(Failure::text(
-            "`--band` and `--method` identify modes from functions; these files hold modes, which are taken over as they are",
+            "`--band`, `--method` and `--repeatability` identify modes from functions; these files hold modes, which are taken over as they are (`defaults: {frequency_sd: 0.3 %}` in the test file says how far to trust them)",
         ));
     }
     let settings = IdentifySettings {
@@ -49,7 +51,7 @@ pub(crate) fn run(args: &Identify) -> Result<u8, Failure> {
             Some(None) => Window::None,
             Some(Some(rate)) => Window::Rate(rate),
         },
-        repeatability: args.repeatability,
+        repeatability: args.repeatability.unwrap_or(REPEATABILITY),
         checks_health: !args.no_health,
     };
     let is_spectrum = found.frfs.is_none() && !found.spectra.is_empty();

@@ -8,9 +8,12 @@ use retune::catalogue::counted;
 use retune::correlation::{Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 use retune::data::{Place, write_test};
 use retune::update::points_of;
-use retune_report::text::{Align, Cell, Style, Table, Tone};
+use retune_report::text::{Align, Cell, Style, Table, Tone, number};
 use serde_json::json;
 use std::fmt::Write as _;
+
+/// Largest tolerance, as a share of the size of the structure: beyond, most points would be at some node.
+const WIDEST: f64 = 0.1;
 
 pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
     if let Some(output) = &args.output {
@@ -38,6 +41,14 @@ pub(crate) fn run(args: &Map) -> Result<u8, Failure> {
         args.model.configuration.clone().or_else(|| test.as_ref().and_then(|t| t.configuration.clone()));
     let (model, warnings, text) = files::model(&args.model.path, configuration.as_deref())?;
     warn(&args.model.path, &text, &warnings);
+    let size = model.geometry().size();
+    if args.tolerance > WIDEST * size {
+        return Err(Failure::text(format!(
+            "--tolerance takes points within {} m of a node for the node, and the whole structure is {} m long; a number without a unit is in metres: `5 mm`",
+            number(args.tolerance),
+            number(size)
+        )));
+    }
     let mapping = map_points(&model, &points, options);
     if args.print.json {
         print_json(&json_of(&mapping));

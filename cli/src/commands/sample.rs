@@ -8,6 +8,7 @@ use crate::page::{Outputs, announce, provenance};
 use crate::uncertain::folded;
 use crate::{DONE, files, writing};
 use retune::catalogue::counted;
+use retune::correlation::Misfit;
 use retune::model::ParametricModel;
 use retune::optim::{Evaluator, Posterior, Shared, Threads, Tmcmc};
 use retune::update::{Marginal, Peak, Settings, TestCase, marginals, sample_posterior_by, sampled_values};
@@ -86,6 +87,7 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
         counted(found.evaluations as usize, "evaluation"),
         100.0 * found.acceptance
     );
+    out += &folded(&misfit_text(&sampled.misfit), &style(&std::io::stdout()));
     if !sampled.peaks.is_empty() {
         out += &folded(&peaks_text(&sampled.peaks, &marginals), &style(&std::io::stdout()));
     }
@@ -102,6 +104,15 @@ pub(crate) fn run(args: &Sample) -> Result<u8, Failure> {
 
 /// What Ctrl-C means before there are samples.
 const BEFORE: &str = "stopped before sampling began: nothing was evaluated yet, and nothing was written";
+
+/// p-value below which the model is not the one whose parameters are meant.
+const WRONG: f64 = 0.01;
+
+/// The best sample against the tests.
+fn misfit_text(misfit: &Misfit) -> String {
+    let warning = "; the intervals are those of a model that can be right, and this one cannot be: `retune diagnose` looks for what it lacks";
+    format!("the best sample: {misfit}{}\n", if misfit.p_value < WRONG { warning } else { "" })
+}
 
 /// The peaks of a posterior, a line each.
 fn peaks_text(peaks: &[Peak], all: &[Marginal]) -> String {

@@ -14,6 +14,7 @@ use crate::result::NextMeasurement;
 use crate::screen::stage::Stage;
 use crate::search::hypothesis::{Refit, Tried};
 use rayon::prelude::*;
+use retune::data::{Place, TestData};
 use retune::element::Dof;
 use retune::linalg::{DMatrix, DVector};
 use retune::model::{AXES, Model, ParametricModel};
@@ -104,6 +105,15 @@ fn places(model: &Model, most: usize) -> Vec<(usize, usize)> {
         .collect()
 }
 
+/// Cosine from which on a sensor reads along an axis.
+const ALONG: f64 = 0.95;
+
+/// Whether a sensor of the test reads a node along an axis.
+fn has_sensor(test: &TestData, node: &str, axis: usize) -> bool {
+    let is_at = |place: &Place| matches!(place, Place::Node { node: name, .. } if name == node);
+    test.sensors.iter().any(|s| !s.is_rotation && is_at(&s.place) && s.direction[axis].abs() > ALONG)
+}
+
 /// All proposals with the standard deviations of the prediction vector, test after test:
 /// sensors (per place: one entry a mode), next frequencies, added masses and added supports (per place: one a mode), mass,
 /// cg, inertia.
@@ -115,35 +125,36 @@ fn proposals(base: &Stage) -> (Vec<Proposal>, Vec<f64>) {
         let places = places(&case.model, base.effort().next_nodes);
         let of = if base.scene.cases.len() > 1 { format!(" ({})", case.test.name) } else { String::new() };
         // Without modes there is none to see with one more sensor, mass or spring.
-        let mut add = |what: String, place: &str, sds: Vec<f64>| {
-            if sds.is_empty() {
-                return;
-            }
-            let rows = (sd.len()..sd.len() + sds.len()).collect();
+        // The entries of what is measured already stand in the vector too.
+        let mut add = |what: Option<String>, place: &str, sds: Vec<f64>| {
+            let rows: Vec<usize> = (sd.len()..sd.len() + sds.len()).collect();
             sd.extend(sds);
-            out.push(Proposal { what: what + &of, place: place.to_string(), rows });
+            if let Some(what) = what.filter(|_| !rows.is_empty()) {
+                out.push(Proposal { what: what + &of, place: place.to_string(), rows });
+            }
         };
         let mass = added_mass(base, case);
         let spring = added_spring(base, case);
         for &(node, k) in &places {
             let what = format!("one more accelerometer at {} along {}", names[node], AXES[k]);
-            add(what, &names[node], vec![SHAPE_SD; m]);
+            let is_new = !has_sensor(&case.test, &names[node], k);
+            add(is_new.then_some(what), &names[node], vec![SHAPE_SD; m]);
         }
         let which = if m > 0 { "next" } else { "first" };
-        add(format!("the frequencies of the {which} {NEXT_MODES} modes"), "", vec![FREQUENCY_SD; NEXT_MODES]);
+        add(Some(format!("the frequencies of the {which} {NEXT_MODES} modes")), "", vec![FREQUENCY_SD; NEXT_MODES]);
         for &(node, k) in &places {
             let (name, along) = (&names[node], AXES[k]);
             let what = format!("the same modes with {} kg added at {name} (seen along {along})", number(mass));
-            add(what, name, vec![FREQUENCY_SD; m]);
+            add(Some(what), name, vec![FREQUENCY_SD; m]);
         }
         for &(node, k) in &places {
             let (name, along) = (&names[node], AXES[k]);
             let spring = four_digits(spring);
             let what = format!("the same modes with a spring of {spring} N/m to ground at {name} along {along}");
-            add(what, name, vec![FREQUENCY_SD; m]);
+            add(Some(what), name, vec![FREQUENCY_SD; m]);
         }
-        add("total mass and centre of gravity on scales".to_string(), "", vec![MASS_SD; 4]);
-        add("moments of inertia by swinging".to_string(), "", vec![INERTIA_SD; 3]);
+        add(Some("total mass and centre of gravity on scales".to_string()), "", vec![MASS_SD; 4]);
+        add(Some("moments of inertia by swinging".to_string()), "", vec![INERTIA_SD; 3]);
     }
     (out, sd)
 }

@@ -138,6 +138,9 @@ pub fn sampled(sampled: &Sampled, model: &dyn ParametricModel) -> Value {
         "acceptance": found.acceptance,
         "peaks": sampled.peaks.iter().map(|p| peak(p, &all)).collect::<Vec<_>>(),
         "reduced": sampled.reduced.as_ref().map(reduced),
+        "chi_squared": sampled.misfit.chi_squared,
+        "n_data": sampled.misfit.n_data,
+        "p_value": sampled.misfit.p_value,
         "lowest_cost": found.costs.iter().copied().fold(f64::INFINITY, f64::min),
     })
 }

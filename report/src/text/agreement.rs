@@ -279,7 +279,7 @@ fn ranked(out: &mut String, what: &str, l: &Localization, changes: &SingleChange
 /// Parameters in one line.
 pub fn parameters_line(out: &mut String, s: &Sensitivities, style: &Style) {
     let Some(seen) = &s.identifiability else { return };
-    let mut text = format!("the test sees {} of {} combinations of parameters", seen.rank, seen.names.len());
+    let mut text = format!("the test determines {} of {} combinations of parameters", seen.rank, seen.names.len());
     if s.weighed.is_some() {
         text += ", not how heavy all is; with the total mass known";
     }
@@ -341,7 +341,7 @@ pub fn parameters_table(out: &mut String, s: &Sensitivities, style: &Style) {
     out.push_str(&table.render(style));
     if s.weighed.is_some() {
         let text = format!(
-            "the data see {} of {} parameter combinations, not how heavy all is: frequencies and shapes stay as they are when \
+            "the data determine {} of {} combinations of parameters, not how heavy all is: frequencies and shapes stay as they are when \
              all stiffness and mass grow together. With the total mass known (to 0.5 % in the table above):",
             seen.rank,
             seen.names.len()

@@ -39,7 +39,7 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
     out.push('\n');
     if let (Some(m), Some(dof)) = (d.misfit, d.degrees_of_freedom) {
         let p = d.p_value.map_or_else(String::new, |p| {
-            format!("; in {} tests noise alone makes some hypothesis look as good as the best one here", odds(p))
+            format!("; in {} tests some hypothesis looks as good as the best one here by noise alone", odds(p))
         });
         paragraph(
             &mut out,

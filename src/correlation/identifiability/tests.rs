@@ -28,7 +28,7 @@ fn parameters_that_act_through_fewer_numbers_are_grouped() {
     assert!((&found.groups[0].combinations * null).abs().max() < 1e-13);
     assert_eq!(found.groups[1].combinations.nrows(), 0);
     let text = found.to_string();
-    assert!(text.starts_with("the data see 3 of 5 parameter combinations"), "{text}");
+    assert!(text.starts_with("the data determine 3 of 5 combinations of parameters"), "{text}");
     assert!(text.contains("these 3 parameters act only through 2 numbers: p1, p2, p3"), "{text}");
     assert!(text.ends_with("p5 has no effect"), "{text}");
 }
@@ -42,7 +42,7 @@ fn combinations_are_given_in_the_parameters_own_units() {
     assert_eq!(found.combinations_in_words(&found.groups[0]), ["Ix1 + 2 Ix4_9"]);
     assert_eq!(
         found.to_string(),
-        "the data see 1 of 2 parameter combinations\nthese 2 parameters act only through one number: Ix1, Ix4_9\n  Ix1 + 2 Ix4_9"
+        "the data determine 1 of 2 combinations of parameters\nthese 2 parameters act only through one number: Ix1, Ix4_9\n  Ix1 + 2 Ix4_9"
     );
 }
 

@@ -4,7 +4,7 @@ use super::geometry::{found, labels, placed_nodes, si};
 use super::units::{note, plain_system, units_at};
 use super::{ConvertError, FrfOptions};
 use crate::data::uff::{AnalysisData, DataAtNodes, Dataset, Entry, Level, Note, UniversalFile};
-use crate::data::{ModalSet, ModeRecord, Point, ShapeChannel};
+use crate::data::{Date, ModalSet, ModeRecord, Point, ShapeChannel};
 use crate::element::Dof;
 use crate::linalg::{Complex, DVector};
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,8 +16,9 @@ const COMPLEX_SECOND_ORDER: i64 = 7;
 const DISPLACEMENT: i64 = 8;
 
 /// A mode as it stands in a file.
-struct Raw {
-    label: Option<String>,
+struct Raw<'f> {
+    /// ID lines of its dataset.
+    ids: &'f [String; 5],
     frequency_hz: f64,
     damping_ratio: Option<f64>,
     modal_mass: Option<f64>,
@@ -72,7 +73,7 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
     let unused = all.iter().filter(is_zero).count();
     let used: Vec<(i64, Dof)> = all.iter().filter(|k| !is_zero(k)).copied().collect();
     if unused > 0 {
-        let seen = format!("{unused} of {} channels that are exactly 0 in every mode", all.len());
+        let seen = format!("{unused} of {} channels are exactly 0 in every mode", all.len());
         notes.push(note(Level::Info, 55, seen, "they count as not measured"));
     }
     let is_mixed = used.iter().any(|(_, d)| d.is_rotation()) && used.iter().any(|(_, d)| !d.is_rotation());
@@ -98,11 +99,12 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
         .collect();
     let scale = |dof: Dof| if dof.is_rotation() { 1.0 } else { length };
     let missing = Complex::new(f64::NAN, f64::NAN);
-    let value = |m: &Raw, key: &(i64, Dof)| m.values.get(key).map_or(missing, |v| v * scale(key.1));
+    let value = |m: &Raw<'_>, key: &(i64, Dof)| m.values.get(key).map_or(missing, |v| v * scale(key.1));
+    let line = line_of_labels(&raw);
     let mut modes: Vec<ModeRecord> = raw
         .iter()
         .map(|m| ModeRecord {
-            label: m.label.clone(),
+            label: line.map(|line| &m.ids[line]).filter(|id| says_something(id)).cloned(),
             frequency_hz: m.frequency_hz,
             damping_ratio: m.damping_ratio,
             shape: DVector::from_iterator(used.len(), used.iter().map(|key| value(m, key))),
@@ -115,12 +117,27 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
     Ok((ModalSet { channels, modes }, notes))
 }
 
+/// Whether an ID line names something.
+fn says_something(id: &str) -> bool {
+    !matches!(id, "" | "NONE")
+}
+
+/// The first ID line that tells the modes apart, which is what a label is for; lines that begin with a day tell when they were stored. The line of one
+/// mode alone is the first; none where all modes say the same on every line, as the name of the test.
+fn line_of_labels(raw: &[Raw<'_>]) -> Option<usize> {
+    if raw.len() == 1 {
+        return Some(0);
+    }
+    let is_day = |line: usize| raw.iter().any(|m| Date::of_record(&m.ids[line]).is_some());
+    (0..5).find(|&line| raw.iter().any(|m| m.ids[line] != raw[0].ids[line]) && !is_day(line))
+}
+
 /// Two poles nearer than this share of their modulus are the same number, written with six digits.
 const SAME_POLE: f64 = 1e-4;
 
 /// Leaves one mode for each pair of conjugate poles, with a positive imaginary part, and none for a real pole.
-fn one_of_each_pair(raw: &mut Vec<Raw>, notes: &mut Vec<Note>) {
-    let is_real = |m: &Raw| m.pole.is_some_and(|p| p.im == 0.0 && p.re != 0.0);
+fn one_of_each_pair(raw: &mut Vec<Raw<'_>>, notes: &mut Vec<Note>) {
+    let is_real = |m: &Raw<'_>| m.pole.is_some_and(|p| p.im == 0.0 && p.re != 0.0);
     let n_real = raw.iter().filter(|m| is_real(m)).count();
     raw.retain(|m| !is_real(m));
     // Each partner once: the poles of two modes at one frequency are two pairs.
@@ -160,7 +177,7 @@ fn one_of_each_pair(raw: &mut Vec<Raw>, notes: &mut Vec<Note>) {
     }
 }
 
-fn of_55(d: &DataAtNodes, notes: &mut Vec<Note>) -> Option<Raw> {
+fn of_55<'f>(d: &'f DataAtNodes, notes: &mut Vec<Note>) -> Option<Raw<'f>> {
     let r = |i: usize| d.reals.get(i).copied().unwrap_or(0.0);
     let reals = match d.analysis_type {
         NORMAL_MODE => Parameters::Normal { frequency_hz: r(0), mass: r(1), viscous: r(2), hysteretic: r(3) },
@@ -168,10 +185,10 @@ fn of_55(d: &DataAtNodes, notes: &mut Vec<Note>) -> Option<Raw> {
         _ => return None,
     };
     let is_complex = matches!(d.data_type, 5 | 6);
-    raw_mode(55, &d.ids[0], reals, (d.characteristic, d.specific_type, is_complex), &d.entries, notes)
+    raw_mode(55, &d.ids, reals, (d.characteristic, d.specific_type, is_complex), &d.entries, notes)
 }
 
-fn of_2414(d: &AnalysisData, notes: &mut Vec<Note>) -> Option<Raw> {
+fn of_2414<'f>(d: &'f AnalysisData, notes: &mut Vec<Note>) -> Option<Raw<'f>> {
     let r = &d.reals;
     let reals = match d.analysis_type {
         NORMAL_MODE => Parameters::Normal { frequency_hz: r[1], mass: r[3], viscous: r[4], hysteretic: r[5] },
@@ -183,7 +200,7 @@ fn of_2414(d: &AnalysisData, notes: &mut Vec<Note>) -> Option<Raw> {
         return None;
     }
     let is_complex = matches!(d.data_type, 5 | 6);
-    raw_mode(2414, &d.ids[0], reals, (d.characteristic, d.result_type, is_complex), &d.entries, notes)
+    raw_mode(2414, &d.ids, reals, (d.characteristic, d.result_type, is_complex), &d.entries, notes)
 }
 
 #[derive(Clone, Copy)]
@@ -192,14 +209,14 @@ enum Parameters {
     Complex([f64; 6]),
 }
 
-fn raw_mode(
+fn raw_mode<'f>(
     number: i64,
-    id: &str,
+    ids: &'f [String; 5],
     parameters: Parameters,
     (characteristic, data_type, is_complex): (i64, i64, bool),
     entries: &[Entry],
     notes: &mut Vec<Note>,
-) -> Option<Raw> {
+) -> Option<Raw<'f>> {
     let dofs: &[Dof] = match characteristic {
         2 => &Dof::ALL[..3],
         3 => &Dof::ALL,
@@ -223,7 +240,6 @@ fn raw_mode(
         };
         values.extend(dofs.iter().zip(complex).map(|(dof, v)| ((entry.head[0], *dof), v)));
     }
-    let label = (!matches!(id, "" | "NONE")).then(|| id.to_owned());
     let given = |v: f64| (v != 0.0).then_some(v);
     Some(match parameters {
         Parameters::Normal { frequency_hz, mass, viscous, hysteretic } => {
@@ -232,13 +248,13 @@ fn raw_mode(
             }
             let damping_ratio = given(viscous).or(given(hysteretic).map(|eta| 0.5 * eta));
             let (modal_a, modal_b) = (None, None);
-            Raw { label, frequency_hz, damping_ratio, modal_mass: given(mass), modal_a, modal_b, pole: None, values }
+            Raw { ids, frequency_hz, damping_ratio, modal_mass: given(mass), modal_a, modal_b, pole: None, values }
         }
         Parameters::Complex([re, im, a_re, a_im, b_re, b_im]) => {
             let omega = re.hypot(im);
             let given = |v: Complex<f64>| (v.norm() != 0.0).then_some(v);
             Raw {
-                label,
+                ids,
                 frequency_hz: omega / TAU,
                 damping_ratio: (omega > 0.0).then_some(-re / omega),
                 modal_mass: None,
@@ -313,7 +329,7 @@ mod tests {
     #[test]
     fn modes_come_back_from_a_universal_file() {
         let mode = |f: f64, shape: Vec<Complex<f64>>, a: Option<Complex<f64>>| ModeRecord {
-            label: Some("bending".to_owned()),
+            label: Some(format!("bending at {f}")),
             frequency_hz: f,
             damping_ratio: Some(0.02),
             shape: DVector::from_vec(shape),
@@ -337,6 +353,36 @@ mod tests {
         assert!((back.modes[1].frequency_hz / 8.25 - 1.0).abs() < 1.0e-7);
         assert!((back.modes[1].damping_ratio.unwrap() / 0.02 - 1.0).abs() < 1.0e-6);
         assert_eq!((&back.modes[1].shape, back.modes[1].modal_a), (&set.modes[1].shape, set.modes[1].modal_a));
+    }
+
+    /// Labels stand on the first line that tells modes apart; a line with the name of the test or with the day is none.
+    #[test]
+    fn labels_are_the_line_that_tells_modes_apart() {
+        let mode = |ids: [&str; 5]| {
+            Dataset::DataAtNodes(DataAtNodes {
+                ids: ids.map(str::to_owned),
+                model_type: 1,
+                analysis_type: NORMAL_MODE,
+                characteristic: 2,
+                specific_type: DISPLACEMENT,
+                data_type: 2,
+                values_per_node: 3,
+                integers: vec![0, 1],
+                reals: vec![3.0, 0.0, 0.0, 0.0],
+                entries: vec![Entry { head: vec![1], values: vec![0.0, 0.0, 1.0] }],
+            })
+        };
+        let labels = |ids: &[[&str; 5]]| {
+            let file = UniversalFile { datasets: ids.iter().map(|ids| mode(*ids)).collect() };
+            let (set, _) = modes(&[&file], &FrfOptions::default()).unwrap();
+            set.modes.into_iter().map(|m| m.label).collect::<Vec<_>>()
+        };
+        let none = "NONE";
+        let day = "22-MAY-14 10:00:0";
+        let two = [["rack", none, &format!("{day}1"), "bending", none], ["rack", none, &format!("{day}2"), none, none]];
+        assert_eq!(labels(&two), [Some("bending".to_owned()), None]);
+        assert_eq!(labels(&[["rack", none, day, none, none]; 2]), [None, None]);
+        assert_eq!(labels(&two[..1]), [Some("rack".to_owned())]);
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! run together, carry `D` exponents, or lack the `E` before a three-digit exponent. Writing keeps every digit that fits
 //! between the columns, and says when one did not.
 
-/// A number in any FORTRAN spelling: `1.5`, `1.5E+03`, `1.5D+03`, `1.5+103`, `NaN`.
+/// A number in any FORTRAN spelling, `1.5`, `1.5E+03`, `1.5D+03`, `1.5+103`, `NaN`, and with the decimal comma of programs that write in the language of
+/// their computer: nothing else separates numbers by commas here.
 pub(super) fn parse_float(token: &str) -> Option<f64> {
     let token = token.trim();
     if let Ok(value) = token.parse::<f64>() {
@@ -12,6 +13,10 @@ pub(super) fn parse_float(token: &str) -> Option<f64> {
     }
     if token.len() > 40 || !token.is_ascii() {
         return None;
+    }
+    if let Some((whole, rest)) = token.split_once(',') {
+        let is_decimal = rest.starts_with(|c: char| c.is_ascii_digit()) && !token.contains('.') && !rest.contains(',');
+        return if is_decimal { parse_float(&format!("{whole}.{rest}")) } else { None };
     }
     if let Some(at) = token.find(['d', 'D']) {
         let mut spelled = token.to_owned();
@@ -248,6 +253,9 @@ mod tests {
         assert_eq!(parse_float("1.25-103"), Some(1.25e-103));
         assert_eq!(parse_float("0.00000E+000"), Some(0.0));
         assert_eq!(parse_float("-.5"), Some(-0.5));
+        assert_eq!(parse_float("-2,40513E+00"), Some(-2.40513));
+        assert_eq!(parse_float(",5"), Some(0.5));
+        assert!(["1,2,3", "1.0,5", "5,", "1,E3", ","].iter().all(|t| parse_float(t).is_none()));
         assert_eq!(parse_float("1.0-2.0"), None);
         assert_eq!(parse_int("3."), Some(3));
         assert_eq!(parse_int("3.5"), None);

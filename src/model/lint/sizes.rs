@@ -18,6 +18,8 @@ const FAR: f64 = 100.0;
 const SLENDER: f64 = 1_000.0;
 /// Length over depth that no structure has.
 const TOO_SLENDER: f64 = 1e4;
+/// Below this part of what a disc of the same area has, Iy + Iz belong to another area.
+const TOO_COMPACT: f64 = 0.1;
 /// Depths and offsets beyond this part of the structure's size belong to another one.
 const TOO_DEEP: f64 = 5.0;
 
@@ -30,6 +32,7 @@ pub(super) fn sizes(model: &Model) -> Vec<Problem> {
         out.extend(depths(model));
     }
     out.extend(far);
+    out.extend(areas(model));
     out.extend(offsets(model));
     out
 }
@@ -176,6 +179,32 @@ fn depths(model: &Model) -> Vec<Problem> {
     out
 }
 
+/// Areas that are too large for the second moments beside them: of all shapes of one area a disc has the least Iy + Iz, A²/2π.
+fn areas(model: &Model) -> Vec<Problem> {
+    let theta = interior_point(model.parameters());
+    let mut out: Vec<Problem> = Vec::new();
+    for e in model.elements() {
+        let get = |name: &str| {
+            let i = e.kind.properties().iter().position(|p| p.name == name)?;
+            e.values[i].as_ref().map(|v| v.at(&theta)).filter(|v| *v > 0.0)
+        };
+        let (Some(area), Some(iy), Some(iz)) = (get("A"), get("Iy"), get("Iz")) else { continue };
+        let least = area * area / (2.0 * std::f64::consts::PI);
+        let path = child(&e.section.as_ref().map_or(e.path.clone(), |n| child("sections", n)), "A");
+        if iy + iz < TOO_COMPACT * least && !out.iter().any(|p| p.path == path) {
+            out.push(Problem::warning(
+                &path,
+                format_args!(
+                    "Iy + Iz is {:.3e} m4, and a section of {} m2 has at least A^2/2pi = {least:.3e} m4: is a unit missing or wrong, as in `28` for `28 cm2`?",
+                    iy + iz,
+                    short(area),
+                ),
+            ));
+        }
+    }
+    out
+}
+
 /// Offsets of masses and of section axes that leave the structure.
 fn offsets(model: &Model) -> Vec<Problem> {
     const OFFSETS: [&str; 7] =
@@ -301,6 +330,21 @@ mod tests {
         assert!(said(&deep)[0].starts_with("sections.s: this section is as deep as 50 m"), "{:?}", said(&deep));
         let off = cantilever("0.6", "") + "masses: {m1: {node: e, mass: 1 kg, offset: [0, 30, 0]}}\n";
         assert!(said(&off)[0].starts_with("masses.m1.offset.y: `offset_y` of `m1` is 30 m"), "{:?}", said(&off));
+    }
+
+    #[test]
+    fn an_area_without_its_unit_is_found_by_the_second_moments() {
+        let text = |area: &str| {
+            format!(
+                "retune: 1\nname: c\nsections:\n  s: {{E: 210 GPa, nu: 0.3, density: 7850 kg/m3, A: {area}, Iy: 1943 cm4, Iz: 142.4 cm4, J: 6.98 cm4}}\n\
+                 nodes: {{a: [0, 0, 0], b: [3, 0, 0]}}\nbeams: {{m: {{nodes: [a, b], section: s, subdivide: 3}}}}\nsupports: {{root: {{node: a}}}}\n"
+            )
+        };
+        assert_eq!(said(&text("28.48 cm2")), Vec::<String>::new());
+        let found = said(&text("28.48"));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].starts_with("sections.s.A: Iy + Iz is 2.085e-5 m4, and a section of 28.5 m2"), "{found:?}");
+        assert_eq!(said(&text("28.48 mm2")), Vec::<String>::new(), "thin walls may be anywhere");
     }
 
     #[test]

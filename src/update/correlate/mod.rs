@@ -21,7 +21,7 @@ pub use parameters::{
 };
 pub use places::{Places, PlacesError, PlacesOptions, member_stiffnesses, places};
 pub use sensors::{ModeAgreement, SensorAgreement, SensorReport, mode_agreement, sensor_agreement};
-pub use suspicion::{FirstLook, slip_of_unit, slips_of_readings};
+pub use suspicion::{FirstLook, slip_of_unit, slips_of_modes, slips_of_readings};
 pub use verdict::{judge, load_profile};
 
 use super::{AssessedPair, Assessment};

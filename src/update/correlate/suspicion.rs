@@ -1,10 +1,10 @@
 //! Slips of units and configurations that a comparison shows.
 
-use crate::correlation::{PairBy, PairingOptions};
+use crate::correlation::{ModePair, PairBy, PairingOptions};
 use crate::data::{StaticReading, StaticTest, TestData};
 use crate::model::ParametricModel;
 use crate::objective::{Comparison, starting_point, static_readings};
-use crate::units::GRAVITY;
+use crate::units::{GRAVITY, four_digits};
 use crate::update::{UpdateError, assess};
 use std::f64::consts::TAU;
 
@@ -16,6 +16,15 @@ const SLIPS: [(f64, &str); 6] = [
     (1.0 / 60.0, "were they divided by 60?"),
     (1000.0, "is there a unit missing, or a mass of the model in g that was read as kg?"),
     (0.001, "are they kHz, written as Hz?"),
+];
+/// The same of one mode among others that have none.
+const SLIPS_OF_ONE: [(f64, &str); 6] = [
+    (TAU, "is it rad/s, written as Hz?"),
+    (1.0 / TAU, "was it divided by 2π twice?"),
+    (60.0, "is it revolutions a minute, written as Hz?"),
+    (1.0 / 60.0, "was it divided by 60?"),
+    (1000.0, "is a decimal point missing, or is it mHz, written as Hz?"),
+    (0.001, "is it kHz, written as Hz?"),
 ];
 /// Factors between static displacements in two units, or under loads in two, and what was probably done; with the readings that must agree
 /// before a factor that a wrong stiffness may also have is named.
@@ -48,25 +57,26 @@ const NEAR: f64 = 1.3;
 /// Pairs that make a common factor more than chance.
 const ENOUGH: usize = 3;
 
+/// Of the test modes that pair with certainty by their shapes: the mode, its frequency and that of its partner, Hz.
+fn certain_pairs(model: &dyn ParametricModel, test: &TestData) -> Result<Vec<(usize, [f64; 2])>, UpdateError> {
+    let pairing =
+        PairingOptions { by: PairBy::Mac, min_mac: CERTAIN, frequency_window: f64::INFINITY, same_family_only: true };
+    let comparison = Comparison::new(model, test, pairing)?;
+    if !comparison.has_shapes() {
+        return Ok(Vec::new());
+    }
+    let prediction = comparison.predict(&starting_point(model)).map_err(UpdateError::Start)?;
+    let with_shape = prediction.pairs.pairs.iter().filter(|p| test.modes[p.experimental].shape.is_some());
+    let hz = |p: &ModePair| [test.modes[p.experimental].frequency_hz.value, prediction.frequencies_hz[p.analytical]];
+    Ok(with_shape.map(|p| (p.experimental, hz(p))).collect())
+}
+
 /// A common factor between the frequencies of a test and those of a model, in words, where it is one of two units.
 ///
 /// # Errors
 /// The sensors have no place on the model; it cannot be solved.
 pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Option<String>, UpdateError> {
-    let pairing =
-        PairingOptions { by: PairBy::Mac, min_mac: CERTAIN, frequency_window: f64::INFINITY, same_family_only: true };
-    let comparison = Comparison::new(model, test, pairing)?;
-    if !comparison.has_shapes() {
-        return Ok(None);
-    }
-    let prediction = comparison.predict(&starting_point(model)).map_err(UpdateError::Start)?;
-    let ratios: Vec<f64> = prediction
-        .pairs
-        .pairs
-        .iter()
-        .filter(|p| test.modes[p.experimental].shape.is_some())
-        .map(|p| test.modes[p.experimental].frequency_hz.value / prediction.frequencies_hz[p.analytical])
-        .collect();
+    let ratios: Vec<f64> = certain_pairs(model, test)?.into_iter().map(|(_, [test, model])| test / model).collect();
     let n = ratios.len();
     let mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / n.max(1) as f64).exp();
     let agree = ratios.iter().all(|r| (r / mean).ln().abs() < NEAR.ln());
@@ -74,6 +84,28 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
     Ok(slip.filter(|_| n >= ENOUGH && agree).map(|(_, question)| {
         format!("the frequencies of the test are {mean:.3} times the model's in all {n} certain pairs: {question}")
     }))
+}
+
+/// Single frequencies that are a factor of two units off, in words, while those of the other certain pairs, [`ENOUGH`] of them, are near the model's.
+///
+/// # Errors
+/// The sensors have no place on the model; it cannot be solved.
+pub fn slips_of_modes(model: &dyn ParametricModel, test: &TestData) -> Result<Vec<String>, UpdateError> {
+    let is_near = |ratio: f64, factor: f64| (ratio / factor).ln().abs() < NEAR.ln();
+    let pairs = certain_pairs(model, test)?;
+    let (right, wrong): (Vec<_>, Vec<_>) = pairs.into_iter().partition(|(_, [test, model])| is_near(test / model, 1.0));
+    if right.len() < ENOUGH || right.len() <= wrong.len() {
+        return Ok(Vec::new());
+    }
+    let told = wrong.into_iter().filter_map(|(mode, [test, model])| {
+        let (_, question) = SLIPS_OF_ONE.iter().find(|(factor, _)| is_near(test / model, *factor))?;
+        let mode = mode + 1;
+        let [test, model] = [test, model].map(four_digits);
+        Some(format!(
+            "mode {mode} has the shape of a mode of the model at {model} Hz and a frequency of {test} Hz: {question}"
+        ))
+    });
+    Ok(told.collect())
 }
 
 /// Factors between the static readings of a test and those of a model, in words, where all readings of a kind in one static test have one that

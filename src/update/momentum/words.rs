@@ -113,7 +113,7 @@ impl Check<'_> {
                 code: "sign-not-decidable",
                 subject: format!("{} sensors", names.len()),
                 evidence: vec![("sensors", names.len() as f64)],
-                text: format!("these shapes and this model do not show a wrong sign at: {}", names.join(", ")),
+                text: format!("these shapes and this model cannot tell whether the sign is wrong at: {}", names.join(", ")),
                 remedy: "push the structure by hand beside each of them: the first swing must have the sign of its direction",
             });
         }
