@@ -23,7 +23,7 @@ mod walls;
 mod writer;
 
 #[cfg(test)]
-#[path = "../../src/arrays/mutate.rs"]
+#[path = "../../base/src/arrays/mutate.rs"]
 mod mutate;
 
 pub use abaqus::{KEYWORDS, KeywordRule, KeywordUse, import_keywords};

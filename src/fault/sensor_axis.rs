@@ -3,6 +3,7 @@
 use super::bench::ALONG;
 use super::{AboutFault, At, Bench, Fault, Tests};
 use crate::data::{Correction, Sensor, TestData};
+use crate::identify::health::codes;
 use crate::model::{AXES, GLOBAL};
 
 /// See [`Fault::about`].
@@ -11,7 +12,7 @@ pub struct SensorAxis;
 
 impl Fault for SensorAxis {
     fn name(&self) -> &'static str {
-        "sensor-axis"
+        codes::SENSOR_AXIS
     }
 
     fn about(&self) -> AboutFault {

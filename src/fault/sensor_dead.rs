@@ -3,6 +3,7 @@
 use super::bench::leaves_most;
 use super::{AboutFault, At, Bench, Fault, Number, Tests};
 use crate::data::{Correction, TestData};
+use crate::identify::health::codes;
 use crate::linalg::Complex;
 
 /// See [`Fault::about`].
@@ -11,7 +12,7 @@ pub struct SensorDead;
 
 impl Fault for SensorDead {
     fn name(&self) -> &'static str {
-        "sensor-dead"
+        codes::SENSOR_DEAD
     }
 
     fn about(&self) -> AboutFault {

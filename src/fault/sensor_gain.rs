@@ -2,6 +2,7 @@
 
 use super::{AboutFault, At, Bench, Fault, Number, Tests};
 use crate::data::{Correction, TestData};
+use crate::identify::health::codes;
 use crate::linalg::Complex;
 
 /// Standard deviation of ln of a gain: a factor of 1.35 either way is a usual slip of a calibration.
@@ -13,7 +14,7 @@ pub struct SensorGain;
 
 impl Fault for SensorGain {
     fn name(&self) -> &'static str {
-        "sensor-gain"
+        codes::SENSOR_GAIN
     }
 
     fn about(&self) -> AboutFault {

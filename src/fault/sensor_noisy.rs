@@ -1,6 +1,7 @@
 //! A sensor that scatters more than stated: σ -> κ σ, which costs m ln κ for its m entries.
 
 use super::{AboutFault, At, Bench, Fault, Number, Tests};
+use crate::identify::health::codes;
 use crate::linalg::Complex;
 
 /// See [`Fault::about`].
@@ -9,7 +10,7 @@ pub struct SensorNoisy;
 
 impl Fault for SensorNoisy {
     fn name(&self) -> &'static str {
-        "sensor-noisy"
+        codes::SENSOR_NOISY
     }
 
     fn about(&self) -> AboutFault {

@@ -2,6 +2,7 @@
 
 use super::{AboutFault, At, Bench, Fault, Tests};
 use crate::data::{Correction, TestData};
+use crate::identify::health::codes;
 use crate::linalg::Complex;
 
 /// See [`Fault::about`].
@@ -10,7 +11,7 @@ pub struct SensorSign;
 
 impl Fault for SensorSign {
     fn name(&self) -> &'static str {
-        "sensor-sign"
+        codes::SENSOR_SIGN
     }
 
     fn about(&self) -> AboutFault {

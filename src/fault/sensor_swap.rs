@@ -2,6 +2,7 @@
 
 use super::{AboutFault, At, Bench, Fault, Tests};
 use crate::data::{Correction, TestData};
+use crate::identify::health::codes;
 use crate::linalg::Complex;
 
 /// See [`Fault::about`].
@@ -10,7 +11,7 @@ pub struct SensorSwap;
 
 impl Fault for SensorSwap {
     fn name(&self) -> &'static str {
-        "sensor-swap"
+        codes::SENSOR_SWAP
     }
 
     fn about(&self) -> AboutFault {

@@ -1,7 +1,10 @@
 //! Every reader on a small file of its format, on damaged copies of it, and on files of other programs where they are.
 
+#[path = "../../base/src/arrays/mutate.rs"]
+mod mutate;
+
 use super::*;
-use crate::arrays::{mutate, npy, npz};
+use crate::arrays::{npy, npz};
 use crate::element::Dof;
 
 /// Row, column, value of all entries, counted from 1, a triangle with its image.

@@ -1,4 +1,4 @@
-/** Frequency responses by the sum of modes (`src/modal/frf.rs`). */
+/** Frequency responses by the sum of modes (`base/src/modal/frf.rs`). */
 
 /** Which response: sensors, the sign of their directions, (iω)^order, and the lines. */
 export interface Line { response: number; reference: number; sign: number; order: number; hz: Float64Array }
