@@ -76,7 +76,7 @@ const ABBREVIATION: usize = 4;
 /// The candidate closest to `word`, if it is close enough to be what a typing error meant.
 ///
 /// Closeness is the Damerau-Levenshtein distance, at most a third of the word's length (at least 1, at most 3; none for a
-/// single letter), without regard to case. Ties go to the first candidate. Where none is so close, a word of [`ABBREVIATION`] letters or more is taken for the
+/// single letter), without regard to case. Ties go to the first candidate. Where none is so close, a word of four letters or more is taken for the
 /// beginning of the only candidate that begins with it.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();

@@ -110,7 +110,13 @@ fn rms(values: &[f64]) -> f64 {
 fn as_text(s: &Sensitivities, functions: &FrfSensitivity, style: &Style) -> String {
     let mut out = format!(
         "{}\n",
-        style.paint(Tone::Strong, "Frequencies: change in % over the whole interval of each parameter")
+        style.paint(
+            Tone::Strong,
+            &format!(
+                "Frequencies of the first {} elastic modes: change in % over the whole interval of each parameter",
+                s.modes.len()
+            )
+        )
     );
     let heads: Vec<String> = s.modes.iter().map(|m| format!("{:.2} Hz", m.frequency_hz)).collect();
     let per_mode = |out: &mut String, cell: &dyn Fn(usize, usize) -> f64| {

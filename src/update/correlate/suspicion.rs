@@ -86,7 +86,7 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
     }))
 }
 
-/// Single frequencies that are a factor of two units off, in words, while those of the other certain pairs, [`ENOUGH`] of them, are near the model's.
+/// Single frequencies that are a factor of two units off, in words, while those of the other certain pairs, three or more, are near the model's.
 ///
 /// # Errors
 /// The sensors have no place on the model; it cannot be solved.
