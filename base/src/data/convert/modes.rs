@@ -65,6 +65,7 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
         }
     }
     one_of_each_pair(&mut raw, &mut notes);
+    without_copies(&mut raw, &mut notes);
     if raw.is_empty() {
         return Err(ConvertError::Nothing { what: "modes (datasets 55, 2414)", found: found(files) });
     }
@@ -130,6 +131,34 @@ fn line_of_labels(raw: &[Raw<'_>]) -> Option<usize> {
     }
     let is_day = |line: usize| raw.iter().any(|m| Date::of_record(&m.ids[line]).is_some());
     (0..5).find(|&line| raw.iter().any(|m| m.ids[line] != raw[0].ids[line]) && !is_day(line))
+}
+
+/// Leaves one of several datasets that hold the same mode: an export that was done twice, or in two formats.
+fn without_copies(raw: &mut Vec<Raw<'_>>, notes: &mut Vec<Note>) {
+    // A copy has the same numbers to the last digit; modes that are only close have not.
+    let is_copy = |a: &Raw<'_>, b: &Raw<'_>| a.frequency_hz == b.frequency_hz && a.values == b.values;
+    let n = raw.len();
+    let mut kept: Vec<Raw<'_>> = Vec::with_capacity(n);
+    for mode in raw.drain(..) {
+        if mode.values.is_empty() || !kept.iter().any(|other| is_copy(other, &mode)) {
+            kept.push(mode);
+        }
+    }
+    *raw = kept;
+    let n_copies = n - raw.len();
+    if n_copies > 0 {
+        let seen = if n_copies == 1 {
+            "a mode that stands there".to_string()
+        } else {
+            format!("{n_copies} modes that stand there")
+        };
+        notes.push(note(
+            Level::Info,
+            55,
+            seen + " a second time, with the same frequency and shape",
+            "each counts once",
+        ));
+    }
 }
 
 /// Two poles nearer than this share of their modulus are the same number, written with six digits.
@@ -358,7 +387,7 @@ mod tests {
     /// Labels stand on the first line that tells modes apart; a line with the name of the test or with the day is none.
     #[test]
     fn labels_are_the_line_that_tells_modes_apart() {
-        let mode = |ids: [&str; 5]| {
+        let mode = |ids: [&str; 5], f: f64| {
             Dataset::DataAtNodes(DataAtNodes {
                 ids: ids.map(str::to_owned),
                 model_type: 1,
@@ -368,12 +397,13 @@ mod tests {
                 data_type: 2,
                 values_per_node: 3,
                 integers: vec![0, 1],
-                reals: vec![3.0, 0.0, 0.0, 0.0],
+                reals: vec![f, 0.0, 0.0, 0.0],
                 entries: vec![Entry { head: vec![1], values: vec![0.0, 0.0, 1.0] }],
             })
         };
         let labels = |ids: &[[&str; 5]]| {
-            let file = UniversalFile { datasets: ids.iter().map(|ids| mode(*ids)).collect() };
+            let file =
+                UniversalFile { datasets: ids.iter().zip(3..).map(|(ids, hz)| mode(*ids, f64::from(hz))).collect() };
             let (set, _) = modes(&[&file], &FrfOptions::default()).unwrap();
             set.modes.into_iter().map(|m| m.label).collect::<Vec<_>>()
         };
@@ -383,6 +413,28 @@ mod tests {
         assert_eq!(labels(&two), [Some("bending".to_owned()), None]);
         assert_eq!(labels(&[["rack", none, day, none, none]; 2]), [None, None]);
         assert_eq!(labels(&two[..1]), [Some("rack".to_owned())]);
+    }
+
+    /// What was exported twice is one mode; close modes of one shape at other frequencies, or of other shapes at one, are two.
+    #[test]
+    fn a_mode_that_stands_twice_counts_once() {
+        let record = |f: f64, z: f64| ModeRecord {
+            label: None,
+            frequency_hz: f,
+            damping_ratio: None,
+            shape: DVector::from_vec([1.0, z].map(|x| Complex::new(x, 0.0)).to_vec()),
+            modal_mass: None,
+            modal_a: None,
+            modal_b: None,
+        };
+        let channels = vec![channel("1", Dof::Uz), channel("2", Dof::Uz)];
+        let count = |all: &[(f64, f64)]| {
+            let set = ModalSet { channels: channels.clone(), modes: all.iter().map(|m| record(m.0, m.1)).collect() };
+            let (back, notes) = modes(&[&modes_file(&set)], &FrfOptions::default()).unwrap();
+            (back.modes.len(), notes.iter().filter(|n| n.seen.contains("a second time")).count())
+        };
+        assert_eq!(count(&[(5.0, 0.5), (7.0, -0.5), (5.0, 0.5), (7.0, -0.5)]), (2, 1));
+        assert_eq!(count(&[(5.0, 0.5), (5.01, 0.5), (5.0, 0.52)]), (3, 0));
     }
 
     #[test]
