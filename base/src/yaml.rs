@@ -203,6 +203,7 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
         let line = std::str::from_utf8(&e.as_bytes()[..at]).unwrap_or_default().matches('\n').count() + 1;
         match wide(e.as_bytes()) {
             Some(found) => format!("it is {found}, not UTF-8; save it as UTF-8"),
+            None if e.as_bytes().contains(&0) => "it is a binary file, not text".to_string(),
             None => format!(
                 "it is not UTF-8 text (byte {at}, line {line}) but perhaps Windows-1252 or Latin-1; save it as UTF-8"
             ),
@@ -212,7 +213,7 @@ pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
         return Err(format!("it is {found}, not UTF-8; save it as UTF-8"));
     }
     if let Some(at) = text.find('\0') {
-        return Err(format!("it is no text: byte {at} is zero"));
+        return Err(format!("it is not text: byte {at} is zero"));
     }
     Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
 }
@@ -463,7 +464,7 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
                         };
                         let full = child(path, name);
                         if map.places.contains_key(&full) {
-                            let mut p = Problem::error(full, format_args!("the key `{name}` stands twice here"));
+                            let mut p = Problem::error(full, format_args!("the key `{name}` is given twice here"));
                             p.location = Some(here);
                             return Err(p);
                         }
@@ -570,7 +571,7 @@ mod tests {
                 "f:2:19: error: beams.a.length: found the text `two`, expected a number",
             ),
             ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing key `chain`"),
-            ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` stands twice here"),
+            ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` is given twice here"),
             (
                 "beams: [a\n",
                 "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'; the `[` at 1:8 is not closed",

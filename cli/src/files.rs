@@ -105,7 +105,7 @@ fn refuse_others(path: &Path) -> Result<(), Failure> {
     if !path.exists() || kind(path).is_some() {
         return Ok(());
     }
-    Err(Failure::text(format!("{name} is no model file: {instead}")))
+    Err(Failure::text(format!("{name} is not a model file: {instead}")))
 }
 
 /// For files in the wrong order.
@@ -164,7 +164,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
     if path.exists() && MEASURED.contains(&extension(path).as_str()) && !is_test(path) {
         let name = path.display();
         return Err(Failure::text(format!(
-            "{name} is no test file: `retune identify {name} -o test.yaml` makes one of measurements; functions also enter a fit by `frfs: {{files: [{name}]}}` in a test file"
+            "{name} is not a test file: `retune identify {name} -o test.yaml` makes one of measurements; functions also enter a fit by `frfs: {{files: [{name}]}}` in a test file"
         )));
     }
     let text = read(path)?;

@@ -152,7 +152,7 @@ pub(crate) fn claim(path: &Path, resolved: &Path, identity: Identity, right: Rig
     let mut ledger = ledger();
     if let Some(r) = ledger.read.iter().find(|r| !is_edit && r.identity.as_ref() == Some(&identity)) {
         return Err(Failure::text(format!(
-            "{} is a file that this call reads{}; write to another one",
+            "{} would be overwritten, and this command reads it{}; write to another file",
             shown(path),
             if r.path == path { String::new() } else { format!(" as {}", shown(&r.path)) }
         )));

@@ -442,7 +442,7 @@ fn functions_of_a_test_enter_the_fit() {
         assert!(said.err.contains(text) || said.out.contains(text), "{frfs}: {} {}", said.err, said.out);
         assert_eq!(said.code, code, "{frfs}: {}", said.err);
     }
-    assert!(folder.run("compare model.yaml f.csv").err.contains("f.csv is no test file: `retune identify f.csv"));
+    assert!(folder.run("compare model.yaml f.csv").err.contains("f.csv is not a test file: `retune identify f.csv"));
     assert!(folder.run("update model.yaml t.yaml ./t.yaml").err.contains("given twice"));
 }
 

@@ -251,7 +251,14 @@ pub(super) fn investigate(
     found.diagnosis.work = work.so_far().since(before);
     if settings.until.was_cut() {
         found.diagnosis.is_partial = true;
-        found.diagnosis.sentence += "; the search was stopped before its end: this is the best answer so far";
+        let so_far = match found.diagnosis.verdict {
+            Verdict::Unexplained => {
+                "nothing that was tried by then explains the test: give it more time before anything else is doubted"
+                    .to_string()
+            }
+            _ => found.diagnosis.sentence,
+        };
+        found.diagnosis.sentence = format!("the search was stopped before its end; {so_far}");
     }
     Ok(found)
 }

@@ -46,7 +46,7 @@ impl Made {
     pub(crate) fn source(&self) -> Result<&Arc<Source>, Wrong> {
         match &self.given {
             Given::File(source) => Ok(source),
-            Given::External(model) => Err(Wrong::text(format!("{} is no model file", model.name))),
+            Given::External(model) => Err(Wrong::text(format!("{} is not a model file", model.name))),
         }
     }
 

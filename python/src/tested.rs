@@ -150,7 +150,7 @@ pub(crate) fn all_tested(
             if configuration.is_some() || sensor_masses == Some(true) {
                 let name = &model.name;
                 return Err(Wrong::text(format!(
-                    "{name} is no model file: it has no configurations, and takes no masses"
+                    "{name} is not a model file: it has no configurations, and takes no masses"
                 )));
             }
             let model = Structure::External(Arc::clone(model));

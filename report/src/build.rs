@@ -264,6 +264,12 @@ pub fn add_responses(
     Ok(())
 }
 
+/// The misfit of every test mode that has a partner; without one nothing is compared, which is no agreement.
+fn misfit_of_paired(a: &Assessment) -> Vec<Option<f64>> {
+    let is_paired = |mode: usize| a.pairs.iter().any(|p| p.test_mode == mode);
+    a.misfit_per_mode.iter().enumerate().map(|(mode, misfit)| is_paired(mode).then_some(*misfit)).collect()
+}
+
 /// The misfit over versions of a model against one test.
 pub fn steps(versions: &[(&str, &Assessment)], test: &TestData) -> Steps {
     Steps {
@@ -275,7 +281,7 @@ pub fn steps(versions: &[(&str, &Assessment)], test: &TestData) -> Steps {
             .map(|(name, a)| Step {
                 name: (*name).to_string(),
                 misfit: a.misfit.chi_squared,
-                per_mode: a.misfit_per_mode.iter().map(|m| Some(*m)).collect(),
+                per_mode: misfit_of_paired(a),
                 held_out: None,
                 note: a.misfit.to_string(),
                 ..Step::default()

@@ -207,6 +207,16 @@ impl Placer<'_> {
                 }
             }
         }
+        let is_bare = section.is_none() && properties.is_empty() && self.spec.overrides.is_empty();
+        if is_bare && !kind.properties().is_empty() {
+            self.error(
+                path.to_string(),
+                format_args!(
+                    "nothing says what this {} is made of: it has neither a `section` nor `properties`",
+                    kind.name()
+                ),
+            );
+        }
         let (values, turn) = self.shaped_values(kind, &sets);
         let values = Arc::new(values);
         Entry { path, kind, section, values, orientation: None, frame: None, arms: Vec::new(), turn }

@@ -98,6 +98,12 @@ pub enum MeasurementError {
         /// What it may be instead, and what to do.
         hint: String,
     },
+    /// A file without a byte, or of blanks.
+    #[error("`{path}` is empty")]
+    Empty {
+        /// The path.
+        path: String,
+    },
     /// A universal file.
     #[error("`{path}`: {source}")]
     Uff {
@@ -511,6 +517,9 @@ fn content(
             path: shown(),
             hint: format!("; it seems to be {encoding}: save it as UTF-8"),
         });
+    }
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(MeasurementError::Empty { path: shown() });
     }
     let mut lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
     if !lines.any(|l| l == b"-1") {

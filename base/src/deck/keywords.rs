@@ -165,7 +165,7 @@ impl Pass {
             return Err(whole(path, format!("the files of the deck are larger than {LARGEST} bytes together")));
         }
         if bytes.iter().take(4096).any(|b| *b == 0) {
-            return Err(whole(path, "it is no text: there are zero bytes in it".to_string()));
+            return Err(whole(path, "it is not text: there are zero bytes in it".to_string()));
         }
         let source = Source::new(path, bytes);
         let file = self.deck.sources.len() as u32;
@@ -272,7 +272,7 @@ impl Pass {
             && name.len() <= 64
             && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_/".contains(&b));
         if !is_name {
-            return Err(self.error(file, line, "", &format!("`{}` is no name of a keyword", shown(head))));
+            return Err(self.error(file, line, "", &format!("`{}` is not the name of a keyword", shown(head))));
         }
         let mut parameters: Vec<Parameter> = Vec::new();
         for part in parts {

@@ -76,7 +76,7 @@ impl<'a> Pass<'a> {
             return Err(whole(format!("the files of the deck are larger than {LARGEST} bytes together")));
         }
         if bytes.iter().take(4096).any(|b| *b == 0) {
-            return Err(whole("it is no text: there are zero bytes in it".to_string()));
+            return Err(whole("it is not text: there are zero bytes in it".to_string()));
         }
         let source = Source::new(path, bytes);
         let file = self.deck.sources.len() as u32;
@@ -232,7 +232,12 @@ impl<'a> Pass<'a> {
                         let text = "`=` replicates the card above it, which is not read: write the cards out, as the solver's sorted echo has them";
                         return Err(fail(self.deck, "", text.to_string()));
                     }
-                    return Err(fail(self.deck, "", format!("`{shown}` is no name of a card")));
+                    let hint = if shown == "-1" {
+                        ": this looks like a universal file, which `retune identify` reads"
+                    } else {
+                        ""
+                    };
+                    return Err(fail(self.deck, "", format!("`{shown}` is not the name of a card{hint}")));
                 }
                 let mut bytes = [0; 8];
                 bytes[..name.len()].copy_from_slice(name.as_bytes());

@@ -99,7 +99,7 @@ fn mistakes_are_told_with_their_place() {
             "BEGIN BULK\nGRID,1\nBEGIN SUPER=2\n",
             "deck.bdf:3: BEGIN: superelements are not read: give the deck of one structure",
         ),
-        ("GRID,1\n1234\n", "deck.bdf:2: `1234` is no name of a card"),
+        ("GRID,1\n1234\n", "deck.bdf:2: `1234` is not the name of a card"),
         ("GRID,1\nINCLUDE 'nowhere.dat'\n", "deck.bdf:2: INCLUDE: there is no file `nowhere.dat` beside the deck"),
     ] {
         assert_eq!(deck(text).unwrap_err().to_string(), message);

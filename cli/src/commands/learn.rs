@@ -79,7 +79,13 @@ pub(crate) fn run(args: &Learn) -> Result<u8, Failure> {
     Ok(if adequate { DONE } else { SHORT })
 }
 
-fn in_words(learned: &Learned, model: &Model, all: &[Tested], initial: &(f64, Vec<f64>), limit: usize) -> String {
+fn in_words(
+    learned: &Learned,
+    model: &Model,
+    all: &[Tested],
+    initial: &(f64, Vec<Option<f64>>),
+    limit: usize,
+) -> String {
     let tests: Vec<&TestData> = all.iter().map(|t| &t.test).collect();
     let test = &joined(&tests).test;
     let style = style(&std::io::stdout());

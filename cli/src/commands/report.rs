@@ -48,7 +48,8 @@ pub(crate) fn run(args: &Report) -> Result<u8, Failure> {
     read.extend(versions.iter().map(|path| ("earlier version", path.clone())));
     if let Some((_, first, before)) = earlier.first() {
         add_before(&mut data, first, before, test);
-        add_parameters(&mut data, first, model);
+        let models: Vec<&Model> = earlier.iter().map(|(_, model, _)| model).collect();
+        add_parameters(&mut data, &models, model);
         let all = earlier.iter().map(|(name, _, a)| (name.as_str(), a));
         let now = name(&args.model.path);
         let list: Vec<(&str, &Assessment)> = all.chain([(now.as_str(), &assessment)]).collect();

@@ -382,14 +382,19 @@ fn step_names(steps: &[LearningStep]) -> Vec<String> {
 }
 
 /// The error over the steps of learning; `initial` is the misfit of the model before any fit, in total and per mode.
-pub fn learning_steps(steps: &[LearningStep], initial: Option<(f64, &[f64])>, test: &TestData) -> Steps {
-    let per_mode = |v: &[f64]| v.iter().copied().map(Some).collect::<Vec<_>>();
+pub fn learning_steps(steps: &[LearningStep], initial: Option<(f64, &[Option<f64>])>, test: &TestData) -> Steps {
+    // Of what has no partner nothing is compared, which is no agreement.
+    let per_mode = |s: &LearningStep, v: &[f64]| {
+        let d = &s.diagnosis;
+        let is_alone = |mode: usize| d.unpaired_modes.contains(&mode) || d.foreign_modes.iter().any(|f| f.mode == mode);
+        v.iter().zip(1..).map(|(misfit, mode)| (!is_alone(mode)).then_some(*misfit)).collect::<Vec<_>>()
+    };
     let mut out: Vec<Step> = Vec::new();
     if let Some((misfit, modes)) = initial {
         out.push(Step {
             name: "initial".into(),
             misfit,
-            per_mode: per_mode(modes),
+            per_mode: modes.to_vec(),
             note: "the values of the file, nothing fitted".into(),
             ..Step::default()
         });
@@ -398,9 +403,9 @@ pub fn learning_steps(steps: &[LearningStep], initial: Option<(f64, &[f64])>, te
         out.push(Step {
             name,
             misfit: s.misfit,
-            per_mode: per_mode(&s.misfit_per_mode),
+            per_mode: per_mode(s, &s.misfit_per_mode),
             held_out: Some(s.held_out_per_mode.iter().sum()),
-            held_out_per_mode: per_mode(&s.held_out_per_mode),
+            held_out_per_mode: per_mode(s, &s.held_out_per_mode),
             note: s.diagnosis.sentence.clone(),
         });
     }

@@ -69,13 +69,13 @@ pub fn of_learning(cases: &[(&Model, &TestData)], learned: &Learned) -> Result<R
     Ok(data)
 }
 
-/// Misfit of the values of the file, in total and per mode through all tests.
-pub fn misfit_before_any_fit(cases: &[(&Model, &TestData)]) -> Result<(f64, Vec<f64>), UpdateError> {
+/// Misfit of the values of the file, in total and per mode through all tests; none of a mode without a partner.
+pub fn misfit_before_any_fit(cases: &[(&Model, &TestData)]) -> Result<(f64, Vec<Option<f64>>), UpdateError> {
     let (mut total, mut per_mode) = (0.0, Vec::new());
     for &(model, test) in cases {
         let a = assess_for_report(model, &retune::objective::starting_point(model), test)?;
         total += a.misfit.chi_squared;
-        per_mode.extend(a.misfit_per_mode);
+        per_mode.extend(super::misfit_of_paired(&a));
     }
     Ok((total, per_mode))
 }
@@ -86,7 +86,7 @@ pub fn add_learning(
     model: &Model,
     test: &TestData,
     steps: &[LearningStep],
-    (initial, per_mode): (f64, Vec<f64>),
+    (initial, per_mode): (f64, Vec<Option<f64>>),
 ) {
     data.steps = Some(learning_steps(steps, Some((initial, &per_mode)), test));
     let (mut earlier, mut last) = diagnosis::diagnoses(steps, model, test);

@@ -5,19 +5,20 @@ use super::LearntParameter;
 use retune::model::{Model, ParametricModel};
 use retune::update::ParameterChange;
 
-/// What the parameters were in the first version of a model and what they are now, where no update has told it.
+/// What the parameters were in the first version of a model that has them and what they are now, where no update has told it.
 ///
-/// A parameter that the first version does not have counts as unchanged.
-pub fn add_parameters(data: &mut ReportData, first: &Model, now: &Model) {
+/// A parameter that no earlier version has counts as unchanged.
+pub fn add_parameters(data: &mut ReportData, earlier: &[&Model], now: &Model) {
     let u = data.update.get_or_insert_default();
     if u.has_moved() {
         return;
     }
-    let (before, all) = (first.parameters(), now.parameters());
-    u.parameters = all
+    let in_version = |model: &&Model, name: &str| model.parameters().iter().find(|p| p.name == name).map(|p| p.value);
+    u.parameters = now
+        .parameters()
         .iter()
         .map(|p| {
-            let was = before.index_of(&p.name).map_or(p.value, |i| before.get(i).value);
+            let was = earlier.iter().find_map(|model| in_version(model, &p.name)).unwrap_or(p.value);
             parameter(&ParameterChange {
                 name: p.name.clone(),
                 unit: p.unit.clone(),

@@ -59,6 +59,11 @@ pub fn modes(files: &[&UniversalFile], options: &FrfOptions) -> Result<(ModalSet
                 _ => None,
             };
             if let Some(mode) = mode {
+                if !(mode.frequency_hz.is_finite() && mode.frequency_hz >= 0.0) {
+                    let seen = format!("a mode at {} Hz", mode.frequency_hz);
+                    notes.push(note(Level::Warning, 55, seen, "no mode has such a frequency; it was left out"));
+                    continue;
+                }
                 stated = stated.or_else(|| units_at(file, i));
                 raw.push(mode);
             }

@@ -274,7 +274,7 @@ fn header(text: &str) -> Option<(char, &str, impl Iterator<Item = (usize, &str)>
     Some((delimiter, header, lines))
 }
 
-/// The names of the columns of what may be a table, however it is encoded; none where it is no text.
+/// The names of the columns of what may be a table, however it is encoded; none where it is not text.
 pub(in crate::data) fn names_of(bytes: &[u8]) -> Vec<String> {
     /// No header is longer.
     const LONGEST: usize = 1 << 22;
