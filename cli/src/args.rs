@@ -36,7 +36,7 @@ pub(crate) use values::{Rule, Share};
 #[derive(Debug, Parser)]
 #[command(name = "retune", version, propagate_version = true, max_term_width = 100)]
 #[command(
-    after_help = "Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input, or an output that cannot be written;
+    after_help = "Exit codes: 0 done; 1 finished, but a criterion is missed, or a diagnosis is anything but `adequate`; 2 wrong input, or an output that cannot be written;
 70 a bug; 130 stopped before there was a result.
 
 Examples:

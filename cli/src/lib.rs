@@ -1,6 +1,6 @@
 //! The `retune` command, as a library: [`command`] is what the binary calls, and what the command of the Python package calls.
 //!
-//! Exit codes: 0 done; 1 finished, but a criterion or a fit falls short; 2 wrong input, or an output that cannot be written; 70 a bug
+//! Exit codes: 0 done; 1 finished, but a criterion is missed, or a diagnosis is anything but `adequate`; 2 wrong input, or an output that cannot be written; 70 a bug
 //! of ours; 130 stopped before there was a result.
 
 // A stream that is closed or full must not end the program: `output` writes to both.
@@ -31,7 +31,7 @@ use std::sync::OnceLock;
 
 /// Done.
 const DONE: u8 = 0;
-/// Finished, but a criterion or a fit falls short.
+/// Finished, but a criterion is missed.
 const SHORT: u8 = 1;
 /// Wrong input.
 const WRONG_INPUT: u8 = 2;
@@ -44,7 +44,7 @@ const EXIT_CODES: [(u8, &str); 5] = [
     (DONE, "done"),
     (
         SHORT,
-        "finished, but a criterion or a fit falls short, a test contradicts itself, or a diagnosis is anything but `adequate`",
+        "finished, but a criterion is missed, a measured mode of the structure has no partner, a test contradicts itself, or a diagnosis is anything but `adequate`",
     ),
     (WRONG_INPUT, "wrong input, or an output that cannot be written"),
     (BUG, "a bug of retune: please report it with the command and its files"),

@@ -17,17 +17,19 @@
 //! modes) in either order; [`Roles`] name them where their names do not.
 
 mod arrays;
+mod error;
 mod labview;
 mod words;
 
 pub use arrays::Roles;
+pub use error::MeasurementError;
 pub use words::Answers;
 
 use super::convert::{self, ConvertError, FrfOptions, Question, UnitsFrom};
 use super::csv::{self, CsvError, CsvFrfOptions, ShapeTable, openmodal, read_frfs, read_points, read_shapes};
 use super::date::{self, Date};
 use super::file::read_file;
-use super::uff::{Dataset, UffError, UniversalFile};
+use super::uff::{Dataset, UniversalFile};
 use super::{
     FrfSet, Geometry, ModalSet, ModeRecord, Point, ShapeChannel, Spectrum, lvm, mat, npy, npz, punch, skew, uff,
 };
@@ -74,121 +76,6 @@ pub struct Measurements {
     pub exponential_window: Option<f64>,
     /// Whether the functions were written for exp(-iωt), and their imaginary parts have been reversed since they were read.
     pub is_time_reversed: bool,
-}
-
-/// Why measurement files cannot be read.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MeasurementError {
-    /// The operating system refuses.
-    #[error("cannot read `{path}`: {reason}")]
-    File {
-        /// The path.
-        path: String,
-        /// Why.
-        reason: String,
-    },
-    /// A file of no known kind.
-    #[error(
-        "`{path}` is no universal file, no table with a column `frequency_hz` or `point`, no NumPy array, no .npz archive, no MATLAB file and no LabVIEW measurement{hint}"
-    )]
-    Unknown {
-        /// The path.
-        path: String,
-        /// What it may be instead, and what to do.
-        hint: String,
-    },
-    /// A file without a byte, or of blanks.
-    #[error("`{path}` is empty")]
-    Empty {
-        /// The path.
-        path: String,
-    },
-    /// A universal file.
-    #[error("`{path}`: {source}")]
-    Uff {
-        /// The path.
-        path: String,
-        /// Why.
-        source: UffError,
-    },
-    /// A table.
-    #[error("`{path}`: {source}")]
-    Csv {
-        /// The path.
-        path: String,
-        /// Why.
-        source: CsvError,
-    },
-    /// A punch file.
-    #[error("`{path}`: {source}")]
-    Punch {
-        /// The path.
-        path: String,
-        /// Why.
-        source: punch::PunchError,
-    },
-    /// An array.
-    #[error("`{path}`: {source}")]
-    Npy {
-        /// The path.
-        path: String,
-        /// Why.
-        source: npy::NpyError,
-    },
-    /// An archive of arrays.
-    #[error("`{path}`: {source}")]
-    Npz {
-        /// The path.
-        path: String,
-        /// Why.
-        source: npz::NpzError,
-    },
-    /// A MATLAB file.
-    #[error("`{path}`: {source}")]
-    Mat {
-        /// The path.
-        path: String,
-        /// Why.
-        source: mat::MatError,
-    },
-    /// A LabVIEW measurement over time.
-    #[error(
-        "`{path}`: channel `{channel}` is a record over time; compute its spectrum or frequency response function first"
-    )]
-    OverTime {
-        /// The path.
-        path: String,
-        /// Name of the channel.
-        channel: String,
-    },
-    /// Shapes with different points.
-    #[error("`{path}` has a shape of {found} points, the other files have {expected}")]
-    Shapes {
-        /// The path.
-        path: String,
-        /// Points of the first shape.
-        expected: usize,
-        /// Points of this one.
-        found: usize,
-    },
-    /// A LabVIEW measurement.
-    #[error("`{path}`: {source}")]
-    Lvm {
-        /// The path.
-        path: String,
-        /// Why.
-        source: lvm::LvmError,
-    },
-    /// Sets that cannot be joined.
-    #[error("`{path}` holds functions beside those of the other files; read tables and arrays one set at a time")]
-    SecondSet {
-        /// The path.
-        path: String,
-    },
-    /// Units, frequencies or pairs.
-    #[error(transparent)]
-    Convert(#[from] ConvertError),
 }
 
 /// Files larger than this are not read: 2 GiB.
