@@ -633,7 +633,7 @@ fn options_that_contradict_the_files_or_each_other_are_named() {
     for (line, word) in [
         (
             "identify shapes.csv --units SI --direction +z --band 3 30",
-            "`--band` and `--method` identify modes from functions",
+            "`--band`, `--method` and `--repeatability` identify modes from functions",
         ),
         ("identify shapes.csv --units SI --direction +z --method circle", "these files hold modes"),
         ("identify test.yaml", "test.yaml is a test file, which holds modes already"),

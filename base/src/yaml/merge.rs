@@ -291,7 +291,7 @@ d: *b
         assert_eq!(refused("a: &a {width: 1}\nb: {<<: *a}\n"), "f:1:1: error: a: missing key `name`");
         assert!(refused("a: {<<: 3}\n").starts_with("f:1:5: error: `<<` takes a map"));
         assert!(refused("a: {<<: [3]}\n").starts_with("f:1:5: error: `<<` takes a map"));
-        assert!(refused("a: {<<: {name: x}, <<: {width: 1}}\n").contains("stands twice"));
+        assert!(refused("a: {<<: {name: x}, <<: {width: 1}}\n").contains("given twice"));
     }
 
     #[test]
