@@ -303,6 +303,11 @@ fn resample(weights: &[f64], n: usize, rng: &mut ChaCha8Rng) -> Vec<usize> {
 }
 
 impl Posterior {
+    /// The sample of the lowest cost, the first of several; none without samples.
+    pub fn best(&self) -> Option<usize> {
+        (0..self.costs.len()).min_by(|&a, &b| self.costs[a].total_cmp(&self.costs[b]))
+    }
+
     /// Mean of each parameter, (n_parameters).
     pub fn mean(&self) -> DVector<f64> {
         let n = self.samples.len() as f64;

@@ -390,9 +390,8 @@ pub fn sample_posterior_by(
     let reduction = ReducedCases::new(cases, tolerance)?;
     let (found, weight) = sample(&reduction.cases(), settings, sampler, evaluator)?;
     let posterior = &found.posterior;
-    let best = (0..posterior.costs.len()).min_by(|&a, &b| posterior.costs[a].total_cmp(&posterior.costs[b]));
     let mut costs = [f64::NAN; 2];
-    if let Some(best) = best {
+    if let Some(best) = posterior.best() {
         let comparisons = compare_all(cases, settings)?;
         let model = comparisons[0].model();
         let scaling = Scaling::new(model);
@@ -425,8 +424,7 @@ fn sample(
     let objective = Augmented::new(&data, weight, start.clone(), walls);
     let posterior = sampler.sample_by(&objective, evaluator)?;
     let peaks = peaks::peaks((model, &scaling), &objective, &posterior);
-    let best = (0..posterior.costs.len()).min_by(|&a, &b| posterior.costs[a].total_cmp(&posterior.costs[b]));
-    let theta = scaling.theta(best.map_or(&start, |best| &posterior.samples[best]));
+    let theta = scaling.theta(posterior.best().map_or(&start, |best| &posterior.samples[best]));
     let misfits = comparisons.iter().map(|c| Ok(assess(c, &theta)?.misfit)).collect::<Result<Vec<_>, UpdateError>>()?;
     let misfit = Misfit::combine(&misfits, scaling.len())?;
     Ok((Sampled { posterior, peaks, misfit, reduced: None }, weight))

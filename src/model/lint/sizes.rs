@@ -126,12 +126,15 @@ fn members(model: &Model) -> HashMap<&str, Member> {
     all
 }
 
+/// A property of an element where it has one above zero.
+fn property(e: &PlacedElement, theta: &[f64], name: &str) -> Option<f64> {
+    let i = e.kind.properties().iter().position(|p| p.name == name)?;
+    e.values[i].as_ref().map(|v| v.at(theta)).filter(|v| *v > 0.0)
+}
+
 /// Smaller and larger depth of a solid section of the same area and second moments: √(12 I/A).
 fn depth(e: &PlacedElement, theta: &[f64]) -> Option<[f64; 2]> {
-    let get = |name: &str| {
-        let i = e.kind.properties().iter().position(|p| p.name == name)?;
-        e.values[i].as_ref().map(|v| v.at(theta)).filter(|v| *v > 0.0)
-    };
+    let get = |name: &str| property(e, theta, name);
     let of = |moment: &str, area: &str| Some((12.0 * get(moment)? / get(area)?).sqrt());
     let both = [of("Iy", "A").or_else(|| of("EIy", "EA")), of("Iz", "A").or_else(|| of("EIz", "EA"))];
     let known: Vec<f64> = both.into_iter().flatten().collect();
@@ -184,10 +187,7 @@ fn areas(model: &Model) -> Vec<Problem> {
     let theta = interior_point(model.parameters());
     let mut out: Vec<Problem> = Vec::new();
     for e in model.elements() {
-        let get = |name: &str| {
-            let i = e.kind.properties().iter().position(|p| p.name == name)?;
-            e.values[i].as_ref().map(|v| v.at(&theta)).filter(|v| *v > 0.0)
-        };
+        let get = |name: &str| property(e, &theta, name);
         let (Some(area), Some(iy), Some(iz)) = (get("A"), get("Iy"), get("Iz")) else { continue };
         let least = area * area / (2.0 * std::f64::consts::PI);
         let path = child(&e.section.as_ref().map_or(e.path.clone(), |n| child("sections", n)), "A");
