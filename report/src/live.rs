@@ -94,7 +94,7 @@ pub enum NotLive {
 /// * `hypotheses` - of a diagnosis, the most probable first; the first ten effects and the first six faults of the test can be switched on
 ///
 /// # Errors
-/// The matrices are no polynomials of the parameters; sensors depend on them; nothing can be moved; the model has no modes.
+/// The matrices are not polynomials of the parameters; sensors depend on them; nothing can be moved; the model has no modes.
 pub fn live(
     case: Case<'_>,
     how: &HowToPair,
@@ -356,7 +356,7 @@ fn one<'a>(model: &Arc<Model>, structure: &Structure<'_>, result: &'a Hypothesis
     let change = Arc::new(candidate.change(&additions).ok_or("it changes more than the matrices of elements")?);
     let (sizes, typical) = (candidate.sizes(), candidate.typical());
     if !change.is_polynomial(&sizes) {
-        return Err("its matrices are no polynomials of its size".into());
+        return Err("its matrices are not polynomials of its size".into());
     }
     let theta = starting_point(&**model);
     if !change.at(&theta, &typical).is_ok_and(|at| at.acts()) {
@@ -370,10 +370,11 @@ fn packed(n: usize, list: &[Entry]) -> LiveMatrix {
     let mut lower = vec![0.0; n * (n + 1) / 2];
     let mut whole = DMatrix::zeros(n, n);
     for e in list {
-        lower[e.row * (e.row + 1) / 2 + e.column] += e.value;
-        whole[(e.row, e.column)] += e.value;
-        if e.row != e.column {
-            whole[(e.column, e.row)] += e.value;
+        let (row, column) = e.place();
+        lower[row * (row + 1) / 2 + column] += e.value;
+        whole[(row, column)] += e.value;
+        if row != column {
+            whole[(column, row)] += e.value;
         }
     }
     // Of an element or a mass few directions count; what is left out is rounding of the matrix itself.

@@ -20,7 +20,6 @@ mod skins;
 use super::edit::PatchError;
 use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
-use crate::linalg::DMatrix;
 use crate::model::{Model, ParametricModel, dot, extent};
 use crate::once::Once;
 pub(in crate::effect) use joint_ends::JointEnd;
@@ -90,7 +89,7 @@ pub enum PartKind {
     Span,
     /// A run of shells from a free edge inwards, one element wide: a cut, or a crack.
     Cut,
-    /// A group of the file, an entry of several elements that are no chain, or members of one section that the structure shows together.
+    /// A group of the file, an entry of several elements that are not a chain, or members of one section that the structure shows together.
     Group,
     /// A point mass.
     Mass,
@@ -357,6 +356,17 @@ impl<'a> Structure<'a> {
         self.total_mass
     }
 
+    /// Mass of some elements, as a balance sees it, kg.
+    pub fn mass_of(&self, elements: &[usize]) -> f64 {
+        let of = |&e: &usize| {
+            let Ok(matrices) = self.model.element_matrices(e, &self.theta) else { return 0.0 };
+            let mass = matrices.weighed();
+            let axial: Vec<usize> = (0..mass.n()).step_by(6).collect();
+            axial.iter().flat_map(|&i| axial.iter().map(move |&j| mass.get(i, j))).sum()
+        };
+        elements.iter().map(of).sum()
+    }
+
     /// Square of a characteristic angular frequency, rad²/s²: the lowest mode of the model that strains its members, else of the softest
     /// chain as a cantilever, else of the springs under the total mass. An order of magnitude for typical sizes; the test
     /// has no part in it, because its lowest mode may be what an effect has brought.
@@ -379,12 +389,12 @@ impl<'a> Structure<'a> {
         self.model.n_named_nodes()
     }
 
-    /// Whether a dof of a node moves; a coordinate is no point that could.
+    /// Whether a dof of a node moves; a coordinate is not a point that could.
     pub fn node_moves(&self, node: usize, dof: Dof) -> bool {
         !self.is_coordinate(node) && !self.model.dof_map().express(node, dof).is_empty()
     }
 
-    /// Whether a node is no point but a coordinate.
+    /// Whether a node is not a point but a coordinate.
     fn is_coordinate(&self, node: usize) -> bool {
         self.model.dof_map().is_coordinate(node)
     }
@@ -561,7 +571,7 @@ impl<'a> Structure<'a> {
                 continue;
             }
             let n = 6 * e.nodes.len();
-            let (_, b) = self.model.element_motion(i);
+            let connection = self.model.element_motion(i);
             let Ok(matrices) = self.model.element_matrices(i, &self.theta) else {
                 self.moves.push(vec![false; n]);
                 self.strains.push(vec![false; n]);
@@ -569,11 +579,10 @@ impl<'a> Structure<'a> {
                 self.heavy.push(false);
                 continue;
             };
-            let (k, m) = (matrices.stiffness.to_dense(), matrices.mass.to_dense());
-            self.moves.push((0..n).map(|r| b.row(r).iter().any(|x| x.abs() > 1e-9)).collect());
-            self.strains.push(acting(&k, b));
+            self.moves.push((0..n).map(|r| connection.terms(r).iter().any(|x| x.1.abs() > 1e-9)).collect());
+            self.strains.push(connection.loads(&matrices.stiffness));
             self.stiff.push(!matrices.stiffness.is_zero());
-            self.heavy.push(acting(&m, b).contains(&true));
+            self.heavy.push(connection.loads(&matrices.mass).contains(&true));
         }
     }
 }
@@ -581,13 +590,4 @@ impl<'a> Structure<'a> {
 /// What the file calls these parts, for `of` of an override.
 pub(super) fn entries(parts: &[&Part]) -> Vec<String> {
     parts.iter().flat_map(|p| p.of.iter().cloned()).collect()
-}
-
-/// Rows of `a b` that are not zero up to rounding: dofs of an element that some motion of the structure loads.
-fn acting(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Vec<bool> {
-    let force = a * b;
-    let size = a.abs() * b.abs();
-    (0..a.nrows())
-        .map(|r| force.row(r).iter().zip(size.row(r).iter()).any(|(f, s)| *s > 0.0 && f.abs() > 1e-9 * s))
-        .collect()
 }

@@ -16,12 +16,33 @@ pub struct Entry {
     pub value: f64,
 }
 
+impl Entry {
+    /// At a row and a column that are counted as indices are.
+    ///
+    /// # Panics
+    /// If a matrix has 2³² rows.
+    pub fn new(row: usize, column: usize, value: f64) -> Self {
+        let index = |i: usize| u32::try_from(i).unwrap_or_else(|_| panic!("row {i} of a matrix"));
+        Self { row: index(row), column: index(column), value }
+    }
+
+    /// Row, column and value.
+    pub fn triplet(&self) -> (usize, usize, f64) {
+        (self.row as usize, self.column as usize, self.value)
+    }
+
+    /// Row and column as indices.
+    pub fn place(&self) -> (usize, usize) {
+        (self.row as usize, self.column as usize)
+    }
+}
+
 /// What a row or a column of a matrix stands for.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Label {
-    /// Name or number of the node; of a coordinate that is no motion of a point its own name.
+    /// Name or number of the node; of a coordinate that is not a motion of a point its own name.
     pub node: String,
-    /// The dof; `None` for a coordinate that is no motion of a point: a modal one, a scalar point.
+    /// The dof; `None` for a coordinate that is not a motion of a point: a modal one, a scalar point.
     pub dof: Option<Dof>,
 }
 
@@ -53,7 +74,7 @@ pub struct Matrix {
     pub columns: Vec<Label>,
 }
 
-/// Why a matrix is no symmetric one.
+/// Why a matrix is not a symmetric one.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SymmetryError {
     /// Rectangular.
@@ -71,7 +92,7 @@ pub enum SymmetryError {
     OneTriangle,
     /// Not symmetric.
     #[error(
-        "it is not symmetric: the largest difference between mirror images is {largest:.1e} of its largest entry; gyroscopic and follower forces are no part of a model here"
+        "it is not symmetric: the largest difference between mirror images is {largest:.1e} of its largest entry; gyroscopic and follower forces are not part of a model here"
     )]
     Asymmetric {
         /// Largest |a_ij - a_ji| over the largest |a_ij|.

@@ -4,13 +4,14 @@
 //! K0 + Σ θ_j K_j + Σ c_k(θ) K_k in sparse lists with products c_k of powers; the others are evaluated at every θ.
 
 use super::ElementMatrices;
+use super::acting::{Acting, Factor, Term};
+use super::connection::{Connection, turns};
 use super::constraint::Elimination;
-use super::dependence::{Dependence, Monomial, element_matrices, interior_point, step};
+use super::dependence::Monomial;
 use super::dof_map::DofMap;
 use super::entry::{Entry, merge};
 use super::geometry::Geometry;
 use super::mass_properties::add_rigid_mass;
-use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
 use super::polynomial::Polynomial;
 use super::system::{SparseSystem, System};
@@ -18,6 +19,7 @@ use super::value::Value;
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Sparse K, M, C of one basis matrix.
@@ -89,132 +91,22 @@ impl AffineMass {
     }
 }
 
-/// How an element's dofs follow from the rows: u_e = B q\[rows\].
-#[derive(Debug, Clone)]
-pub(super) struct Connection {
-    pub(super) rows: Vec<usize>,
-    pub(super) b: DMatrix<f64>,
-}
-
-impl Connection {
-    pub(super) fn new(element: &PlacedElement, dofs: &DofMap) -> Self {
-        let mut rows: Vec<usize> = element
-            .nodes
-            .iter()
-            .flat_map(|&node| Dof::ALL.into_iter().flat_map(move |d| dofs.express(node, d).iter().map(|t| t.0)))
-            .collect();
-        rows.sort_unstable();
-        rows.dedup();
-        let b = motion_in_axes(element, rows.len(), |node, dof| dofs.express(node, dof), |row| place(&rows, row));
-        Self { rows, b }
-    }
-
-    /// Some rows themselves.
-    pub(super) fn unit(rows: Vec<usize>) -> Self {
-        let b = DMatrix::identity(rows.len(), rows.len());
-        Self { rows, b }
-    }
-
-    /// The lower triangle of a symmetric matrix on the rows, the mean of what rounding has made two.
-    fn entries<'a>(&'a self, reduced: &'a DMatrix<f64>) -> impl Iterator<Item = Entry> + 'a {
-        let lower = self
-            .rows
-            .iter()
-            .enumerate()
-            .flat_map(|(i, &row)| self.rows[..=i].iter().enumerate().map(move |(j, &column)| (i, row, j, column)));
-        lower.map(|(i, row, j, column)| {
-            let value = 0.5 * (reduced[(i, j)] + reduced[(j, i)]);
-            Entry { row, column, value }
-        })
-    }
-
-    /// Bᵀ a B on the rows of this element.
-    fn reduce(&self, a: &SymMatrix) -> DMatrix<f64> {
-        self.b.transpose() * a.to_dense() * &self.b
-    }
-}
-
-/// How the dofs of an element follow from some coordinates, (6 nodes x coordinates), in its axes.
-///
-/// * `terms` - a dof of a node as a sum of coordinates: (coordinate, factor)
-/// * `column` - where a coordinate stands
-pub(super) fn motion_in_axes<'a>(
-    element: &PlacedElement,
-    n_columns: usize,
-    terms: impl Fn(usize, Dof) -> &'a [(usize, f64)],
-    column: impl Fn(usize) -> usize,
-) -> DMatrix<f64> {
-    let mut b = DMatrix::zeros(6 * element.nodes.len(), n_columns);
-    for (k, &node) in element.nodes.iter().enumerate() {
-        let arm = element.arm(k);
-        for i in 0..6 {
-            for global in 0..3 {
-                let direction = element.axes[i % 3][global];
-                for &(coordinate, factor) in terms(node, Dof::ALL[global + 3 * (i / 3)]) {
-                    b[(6 * k + i, column(coordinate))] += direction * factor;
-                }
-                // The end of an arm r moves by u + θ × r.
-                for (turn, lever) in turns(global, arm).into_iter().filter(|t| i < 3 && t.1 != 0.0) {
-                    for &(coordinate, factor) in terms(node, turn) {
-                        b[(6 * k + i, column(coordinate))] += direction * lever * factor;
-                    }
-                }
-            }
-        }
-    }
-    b
-}
-
-/// The rotations that move the end of an arm along a global axis, with their levers: (θ × r) of that axis.
-fn turns(axis: usize, arm: [f64; 3]) -> [(Dof, f64); 2] {
-    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-    [(Dof::ALL[3 + next], arm[last]), (Dof::ALL[3 + last], -arm[next])]
-}
-
-/// Where a row stands among sorted ones.
-pub(super) fn place(rows: &[usize], row: usize) -> usize {
-    rows.partition_point(|r| *r < row)
-}
-
 /// Which dofs of the nodes any element acts on, 6 per node.
-pub(super) fn touched(
-    elements: &[PlacedElement],
-    dependences: &[Dependence],
-    parameters: &ParameterSet,
-    n_nodes: usize,
-) -> Vec<bool> {
+pub(super) fn touched(elements: &[PlacedElement], acting: &[Acting], n_nodes: usize) -> Vec<bool> {
     let mut touched = vec![false; 6 * n_nodes];
-    let base = interior_point(parameters);
-    for (element, dependence) in elements.iter().zip(dependences) {
+    for (element, acting) in elements.iter().zip(acting) {
         if let Some(matrices) = &element.matrices {
             matrices.touch(&mut touched);
             continue;
         }
-        let parts: Vec<ElementMatrices> = match dependence {
-            Dependence::Affine(..) | Dependence::Polynomial(..) => dependence.parts().into_iter().cloned().collect(),
-            Dependence::General => {
-                let mut all: Vec<f64> = base.clone();
-                for (i, value) in all.iter_mut().enumerate() {
-                    *value += 0.618 * step(parameters, i, *value);
-                }
-                [&base, &all].into_iter().filter_map(|theta| element_matrices(element, theta).ok()).collect()
-            }
-        };
-        for (k, &node) in element.nodes.iter().enumerate() {
-            for i in 0..6 {
-                let acts = parts.iter().any(|m| {
-                    [&m.stiffness, &m.mass, &m.damping]
-                        .into_iter()
-                        .any(|a| (0..a.n()).any(|j| a.get(6 * k + i, j) != 0.0))
-                });
-                if acts {
-                    for global in 0..3 {
-                        if element.axes[i % 3][global].abs() > 1e-12 {
-                            touched[6 * node + 3 * (i / 3) + global] = true;
-                            let levers = turns(global, element.arm(k)).into_iter().filter(|t| i < 3 && t.1 != 0.0);
-                            levers.for_each(|(turn, _)| touched[6 * node + turn as usize] = true);
-                        }
-                    }
+        for &dof in &acting.dofs {
+            let (k, i) = (usize::from(dof) / 6, usize::from(dof) % 6);
+            let node = element.nodes[k];
+            for global in 0..3 {
+                if element.axes[i % 3][global].abs() > 1e-12 {
+                    touched[6 * node + 3 * (i / 3) + global] = true;
+                    let levers = turns(global, element.arm(k)).into_iter().filter(|t| i < 3 && t.1 != 0.0);
+                    levers.for_each(|(turn, _)| touched[6 * node + turn as usize] = true);
                 }
             }
         }
@@ -248,72 +140,64 @@ pub(super) fn number(geometry: &Geometry, touched: &[bool], elimination: &Elimin
         .with_other_names(geometry.other_names().clone())
 }
 
+/// Elements whose matrices are reduced at once, on several threads, before they are added in their order.
+const AT_ONCE: usize = 4096;
+
 /// The affine part of a model and its masses of rigid motion.
 ///
 /// * `origin` - the base of [`super::dependence::dependence`], for each parameter
 pub(super) fn affine_part(
     elements: &[PlacedElement],
-    dependences: &[Dependence],
+    acting: &[Acting],
     connections: &[Connection],
     dofs: &DofMap,
     positions: &[[f64; 3]],
     origin: Vec<f64>,
 ) -> (AffinePart, AffineMass) {
-    let mut linear: Vec<Part> = vec![(Basis::default(), SymMatrix::zeros(6)); origin.len() + 1];
+    let mut linear: Vec<Part> = vec![Part::default(); origin.len() + 1];
     let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
-    for ((element, dependence), connection) in elements.iter().zip(dependences).zip(connections) {
-        let at = element.ends(positions);
+    let all: Vec<usize> = (0..elements.len()).filter(|&e| elements[e].matrices.is_none()).collect();
+    let reduced = |&e: &usize| {
+        let (element, acting, connection) = (&elements[e], &acting[e], &connections[e]);
         // The mass of a coordinate is none of the structure.
         let is_body = !element.nodes.iter().any(|n| dofs.is_coordinate(*n));
-        let add = |(basis, rigid): &mut (Basis, SymMatrix), matrices: &ElementMatrices| {
-            for (list, matrix) in [
-                (&mut basis.stiffness, &matrices.stiffness),
-                (&mut basis.mass, &matrices.mass),
-                (&mut basis.damping, &matrices.damping),
-            ] {
-                if matrix.is_zero() {
-                    continue;
-                }
-                let reduced = connection.reduce(matrix);
-                push(list, connection, &reduced);
+        let of_term = |term: &Term| {
+            let on_rows = |a: &SymMatrix| {
+                let reduced = connection.reduce_on(&acting.dofs, a);
+                connection.entries(&reduced).filter(|e| e.value != 0.0).collect()
+            };
+            let lists = [0, 1, 2].map(|i| term.matrices[i].as_ref().map_or_else(Vec::new, on_rows));
+            let weighed = term.weighed(&acting.dofs, connection.n_dof()).filter(|_| is_body);
+            let mut rigid = SymMatrix::zeros(6);
+            if let Some(mass) = weighed {
+                add_rigid_mass(&mut rigid, 1.0, &mass, &element.axes, &element.ends(positions));
             }
-            if is_body {
-                add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &at);
-            }
+            (lists, rigid)
         };
-        if element.matrices.is_some() {
-            continue;
-        }
-        match dependence {
-            Dependence::Affine(constant, slopes) => {
-                add(&mut linear[0], constant);
-                for (p, slope) in slopes {
-                    add(&mut linear[p + 1], slope);
-                }
-            }
-            Dependence::Polynomial(constant, terms) => {
-                add(&mut linear[0], constant);
-                for (monomial, matrices) in terms {
-                    let empty = || (Basis::default(), SymMatrix::zeros(6));
-                    add(products.entry(monomial.clone()).or_insert_with(empty), matrices);
-                }
-            }
-            Dependence::General => {}
+        acting.terms.iter().flatten().map(|term| (&term.factor, of_term(term))).collect::<Vec<_>>()
+    };
+    for some in all.chunks(AT_ONCE) {
+        let reduced: Vec<_> = if some.len() < AT_ONCE {
+            some.iter().map(reduced).collect()
+        } else {
+            some.par_iter().map(reduced).collect()
+        };
+        for (factor, (lists, rigid)) in reduced.into_iter().flatten() {
+            let part = match factor {
+                Factor::One => &mut linear[0],
+                Factor::Parameter(p) => &mut linear[p + 1],
+                Factor::Product(monomial) => products.entry(monomial.clone()).or_default(),
+            };
+            part.add(lists, &rigid);
         }
     }
     for element in elements.iter().filter(|e| e.matrices.is_some()) {
         add_matrices(element, dofs, positions, &origin, &mut linear, &mut products);
     }
-    let merged = |mut basis: Basis| {
-        for list in [&mut basis.stiffness, &mut basis.mass, &mut basis.damping] {
-            merge(list);
-        }
-        basis
-    };
     let mut part = AffinePart { origin, ..AffinePart::default() };
     let mut mass = AffineMass::default();
-    for (place, (basis, rigid)) in linear.into_iter().enumerate() {
-        let basis = merged(basis);
+    for (place, of) in linear.into_iter().enumerate() {
+        let (basis, rigid) = of.merged();
         if place == 0 {
             part.constant = basis;
         } else {
@@ -321,15 +205,54 @@ pub(super) fn affine_part(
         }
         mass.linear.push(rigid);
     }
-    for (monomial, (basis, rigid)) in products {
-        part.products.push((monomial, merged(basis)));
+    for (monomial, of) in products {
+        let (basis, rigid) = of.merged();
+        part.products.push((monomial, basis));
         mass.products.push(rigid);
     }
     (part, mass)
 }
 
+/// Entries that are collected before those of one place are summed.
+const UNMERGED: usize = 1 << 20;
+
 /// A basis and its 6 x 6 mass matrix of rigid motions.
-type Part = (Basis, SymMatrix);
+#[derive(Clone)]
+struct Part {
+    basis: Basis,
+    rigid: SymMatrix,
+    /// Entries of K, M and C that are merged.
+    merged: [usize; 3],
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Self { basis: Basis::default(), rigid: SymMatrix::zeros(6), merged: [0; 3] }
+    }
+}
+
+impl Part {
+    /// Adds the entries of an element, and its mass of rigid motions. Lists are merged whenever they have doubled: they stay as long as what
+    /// is in them.
+    fn add(&mut self, lists: [Vec<Entry>; 3], rigid: &SymMatrix) {
+        for ((list, merged), new) in self.basis.lists().into_iter().zip(&mut self.merged).zip(lists) {
+            list.extend(new);
+            if list.len() > 2 * *merged + UNMERGED {
+                merge(list);
+                *merged = list.len();
+            }
+        }
+        self.rigid.add_scaled(1.0, rigid);
+    }
+
+    fn merged(mut self) -> (Basis, SymMatrix) {
+        for list in self.basis.lists() {
+            merge(list);
+            list.shrink_to_fit();
+        }
+        (self.basis, self.rigid)
+    }
+}
 
 /// Adds the matrices of a superelement, or of a term of one, to the parts of their powers, as [`matrix_uses`] says.
 fn add_matrices(
@@ -355,13 +278,13 @@ fn add_matrices(
                     return;
                 }
                 let list = match kind {
-                    Kind::Stiffness => &mut part.0.stiffness,
-                    Kind::Mass => &mut part.0.mass,
-                    Kind::Damping => &mut part.0.damping,
+                    Kind::Stiffness => &mut part.basis.stiffness,
+                    Kind::Mass => &mut part.basis.mass,
+                    Kind::Damping => &mut part.basis.damping,
                 };
                 list.extend(entries.iter().map(|e| Entry { value: factor * e.value, ..*e }));
                 if let Some(rigid) = rigid.as_ref().filter(|_| kind == Kind::Mass) {
-                    part.1.add_scaled(factor, rigid);
+                    part.rigid.add_scaled(factor, rigid);
                 }
             };
             if let Some((constant, slopes)) = polynomial.slopes(origin) {
@@ -375,10 +298,7 @@ fn add_matrices(
                 if monomial.powers.is_empty() {
                     add(&mut linear[0], factor);
                 } else {
-                    add(
-                        products.entry(monomial.clone()).or_insert_with(|| (Basis::default(), SymMatrix::zeros(6))),
-                        factor,
-                    );
+                    add(products.entry(monomial.clone()).or_default(), factor);
                 }
             }
         }
@@ -414,16 +334,16 @@ pub(super) fn matrix_uses(element: &PlacedElement, origin: &[f64]) -> Vec<(Kind,
     own.into_iter().chain(damped).collect()
 }
 
-fn push(list: &mut Vec<Entry>, connection: &Connection, reduced: &DMatrix<f64>) {
-    list.extend(connection.entries(reduced).filter(|e| e.value != 0.0));
-}
-
 impl Basis {
+    fn lists(&mut self) -> [&mut Vec<Entry>; 3] {
+        [&mut self.stiffness, &mut self.mass, &mut self.damping]
+    }
+
     /// Adds one element's matrices, their zeros too, so that the pattern is that of any θ; but for a damping that is zero.
     pub(super) fn add(&mut self, connection: &Connection, matrices: &ElementMatrices) {
         let damping = (!matrices.damping.is_zero()).then_some(&matrices.damping);
         let of = [Some(&matrices.stiffness), Some(&matrices.mass), damping];
-        for (list, a) in [&mut self.stiffness, &mut self.mass, &mut self.damping].into_iter().zip(of) {
+        for (list, a) in self.lists().into_iter().zip(of) {
             let Some(a) = a else { continue };
             list.extend(connection.entries(&connection.reduce(a)));
         }
@@ -434,12 +354,12 @@ impl Basis {
 pub(super) fn add_basis(system: &mut System, basis: &Basis, factor: f64) {
     for (matrix, list) in [(&mut system.stiffness, &basis.stiffness), (&mut system.mass, &basis.mass)] {
         for e in list {
-            matrix[(e.row, e.column)] += factor * e.value;
+            matrix[e.place()] += factor * e.value;
         }
     }
     if let Some(c) = &mut system.damping {
         for e in &basis.damping {
-            c[(e.row, e.column)] += factor * e.value;
+            c[e.place()] += factor * e.value;
         }
     }
 }
@@ -451,7 +371,7 @@ pub(super) fn add_element(system: &mut System, connection: &Connection, matrices
             return;
         }
         for e in connection.entries(&connection.reduce(matrix)) {
-            target[(e.row, e.column)] += e.value;
+            target[e.place()] += e.value;
         }
     };
     add(&mut system.stiffness, &matrices.stiffness);
@@ -478,20 +398,13 @@ pub(super) fn sparse_system(
 ) -> SparseSystem {
     let reduced: Vec<_> =
         elements.iter().map(|(c, m)| (c, [&m.stiffness, &m.mass, &m.damping].map(|a| c.reduce(a)))).collect();
-    let matrix = |which: usize, list: &dyn Fn(&Basis) -> usize| {
-        let mut triplets: Vec<(usize, usize, f64)> = Vec::with_capacity(bases.iter().map(|b| list(b.0)).sum());
-        for (basis, factor) in bases {
+    let matrix = |which: usize| {
+        let of_bases = bases.iter().flat_map(|(basis, factor)| {
             let entries = [&basis.stiffness, &basis.mass, &basis.damping][which];
-            triplets.extend(entries.iter().map(|e| (e.row, e.column, factor * e.value)));
-        }
-        for (c, matrices) in &reduced {
-            triplets.extend(c.entries(&matrices[which]).map(|e| (e.row, e.column, e.value)));
-        }
-        SparseSym::from_triplets(n, triplets.iter().copied())
+            entries.iter().map(Entry::triplet).map(move |(row, column, value)| (row, column, factor * value))
+        });
+        let of_elements = reduced.iter().flat_map(|(c, matrices)| c.entries(&matrices[which]).map(|e| e.triplet()));
+        SparseSym::from_triplets(n, of_bases.chain(of_elements))
     };
-    SparseSystem {
-        stiffness: matrix(0, &|b| b.stiffness.len()),
-        mass: matrix(1, &|b| b.mass.len()),
-        damping: damped.then(|| matrix(2, &|b| b.damping.len())),
-    }
+    SparseSystem { stiffness: matrix(0), mass: matrix(1), damping: damped.then(|| matrix(2)) }
 }

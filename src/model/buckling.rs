@@ -4,8 +4,9 @@
 //! s for which it is positive form an interval, so that bisection on the inertia of a factorisation finds its end.
 
 use super::ParametricModel;
-use super::assembly::{Basis, Connection, sparse_system};
+use super::assembly::{Basis, sparse_system};
 use super::compile::Model;
+use super::connection::Connection;
 use super::critical_preload::CriticalPreload;
 use super::dependence::element_matrices;
 use super::entry::Entry;
@@ -98,10 +99,10 @@ impl Model {
         for (i, (now, own)) in elements.iter().zip(self.elements()).enumerate() {
             let matrices = element_matrices(now, theta)?;
             if self.is_general(i) {
-                all.push((self.connection(i), matrices));
+                all.push((self.element_motion(i), matrices));
             } else if preloads(own).next().is_some() {
                 let change = matrices.combine(&element_matrices(own, theta)?, |a, b| a - b);
-                all.push((self.connection(i), change));
+                all.push((self.element_motion(i), change));
             }
         }
         all.extend(self.support_matrices(&elements, theta)?);

@@ -17,7 +17,7 @@ pub(super) use self::factored::OnRows;
 
 use self::at::PartAt;
 use self::factored::Factored;
-use super::assembly::{Connection, motion_in_axes, place as place_of};
+use super::connection::{Connection, motion_in_axes, place as place_of};
 use super::constraint::{Elimination, eliminate};
 use super::dependence::{Dependence, Monomial, central_difference, dependence, element_matrices};
 use super::dof_map::{Combination, rigid_motion};
@@ -132,7 +132,7 @@ impl Additions {
                 continue;
             }
             let connection = match before {
-                Some(e) => self.model.connection(e).clone(),
+                Some(e) => self.model.element_motion(e).clone(),
                 None => new.connection(&element)?,
             };
             let ends = element.ends(&self.placed.geometry.positions);
@@ -214,7 +214,7 @@ impl NewCoordinates<'_> {
         rows.sort_unstable();
         rows.dedup();
         let b = motion_in_axes(element, rows.len(), of, |row| place_of(&rows, row));
-        Some(Connection { rows, b })
+        Some(Connection::of(rows, &b))
     }
 
     /// A dof of a node of the longer file in rows of the model, and in new coordinates behind them.
@@ -294,7 +294,7 @@ impl Part {
 }
 
 impl Change {
-    /// Everything of a model that is no polynomial of its parameters, as if the change brought it.
+    /// Everything of a model that is not a polynomial of its parameters, as if the change brought it.
     pub(super) fn of_general(model: &Arc<Model>) -> Self {
         let (elements, connections) = model.elements_and_connections();
         let part = |e: usize| Part::Element {
@@ -352,8 +352,8 @@ impl Change {
     }
 
     /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\]; `None` of a superelement.
-    pub(super) fn motion(&self, part: usize) -> Option<(&[usize], &DMatrix<f64>)> {
-        self.parts[part].connection().map(|c| (&c.rows[..], &c.b))
+    pub(super) fn motion(&self, part: usize) -> Option<&Connection> {
+        self.parts[part].connection()
     }
 
     /// The change at one point.
@@ -407,7 +407,7 @@ impl Change {
     }
 
     /// What one of its elements adds, as terms that are summed with the powers of the parameters of the model, with the sizes behind them; `None`
-    /// where it is no polynomial.
+    /// where it is not a polynomial.
     ///
     /// * `all` - the parameters of the model, then those that the change brings
     /// * `on_coordinates` - the matrices of a superelement on the coordinates that are wanted
@@ -475,13 +475,14 @@ impl Change {
     pub fn damping_of(&self, theta: &[f64], sizes: &[f64], shapes: &DMatrix<f64>) -> Result<Vec<f64>, ModelError> {
         let mut out = vec![0.0; shapes.ncols()];
         for k in 0..self.len() {
-            let Some((rows, b)) = self.motion(k) else { continue };
+            let Some(connection) = self.motion(k) else { continue };
             let damping = self.matrices(k, theta, sizes)?.damping;
             if damping.is_zero() {
                 continue;
             }
+            let rows = &connection.rows;
             let of = |i: usize, j: usize| if rows[i] < shapes.nrows() { shapes[(rows[i], j)] } else { 0.0 };
-            let local = b * DMatrix::from_fn(rows.len(), shapes.ncols(), of);
+            let local = connection.times(&DMatrix::from_fn(rows.len(), shapes.ncols(), of));
             let force = damping.to_dense() * &local;
             out.iter_mut().zip(local.column_iter().zip(force.column_iter())).for_each(|(o, (u, f))| *o += u.dot(&f));
         }
@@ -531,9 +532,10 @@ impl Change {
         let theta = super::dependence::interior_point(self.model.parameters());
         let mut used = vec![false; self.new.len()];
         for k in 0..self.parts.len() {
-            let Some((rows, b)) = self.motion(k) else { continue };
+            let Some(connection) = self.motion(k) else { continue };
             let matrices = self.matrices(k, &theta, typical).ok()?;
-            for (j, row) in rows.iter().enumerate().filter(|(_, row)| **row >= n) {
+            let b = connection.b();
+            for (j, row) in connection.rows.iter().enumerate().filter(|(_, row)| **row >= n) {
                 let motion = b.column(j);
                 let acts = |a: &SymMatrix| (a.to_dense() * motion).amax() > 0.0;
                 used[row - n] |= acts(&matrices.stiffness) || acts(&matrices.mass);
@@ -549,10 +551,10 @@ impl Change {
         for part in &mut self.parts {
             // Supports and superelements stand on rows of the model.
             let Part::Element { connection, .. } = part else { continue };
-            let Connection { rows, b } = &*connection;
+            let (rows, b) = (&connection.rows, connection.b());
             let kept: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n || used[rows[j] - n]).collect();
             let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };
-            *connection = Connection { rows: kept.iter().map(row).collect(), b: b.select_columns(&kept) };
+            *connection = Connection::of(kept.iter().map(row).collect(), &b.select_columns(&kept));
         }
         let kept = used.iter().zip(std::mem::take(&mut self.new)).filter(|(used, _)| **used);
         self.new = kept.map(|(_, at)| at).collect();

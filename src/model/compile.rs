@@ -3,13 +3,15 @@
 mod frozen;
 mod rigid_mass;
 
+use super::acting::Acting;
 use super::assembly::{
-    AffineMass, AffinePart, Connection, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
+    AffineMass, AffinePart, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
 use super::character::{ModeCharacter, mirror_rows};
+use super::connection::Connection;
 use super::constraint::{Elimination, active, eliminate};
 use super::critical_preload::CriticalPreload;
-use super::dependence::{Dependence, central_difference, dependence, element_matrices, interior_point};
+use super::dependence::{central_difference, element_matrices, interior_point};
 use super::dof_map::DofMap;
 use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
@@ -44,7 +46,7 @@ pub struct Model {
     elastic_supports: Option<ElasticSupports>,
     affine: AffinePart,
     rigid_mass: AffineMass,
-    /// Elements whose matrices are no polynomials of θ.
+    /// Elements whose matrices are not polynomials of θ.
     general: Vec<usize>,
     damped: bool,
     targets: Targets,
@@ -118,9 +120,8 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named } =
             placed;
-        let dependences = of_each(&elements, |e| dependence(e, &parameters));
-        let dependences = dependences.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let touched = touched(&elements, &dependences, &parameters, geometry.names.len());
+        let acting = of_each(&elements, |e| Acting::new(e, &parameters)).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let touched = touched(&elements, &acting, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
         if dofs.n_dof() == 0 {
             problems.push(Problem::warning("", "every dof is supported or inactive: nothing can move"));
@@ -135,9 +136,9 @@ impl Model {
             ElasticSupports::new(compliances, &released, n, &elements, &connections, &dofs)
         };
         let (affine, rigid_mass) =
-            affine_part(&elements, &dependences, &connections, &dofs, &geometry.positions, interior_point(&parameters));
-        let general: Vec<usize> =
-            (0..elements.len()).filter(|&i| matches!(dependences[i], Dependence::General)).collect();
+            affine_part(&elements, &acting, &connections, &dofs, &geometry.positions, interior_point(&parameters));
+        let general: Vec<usize> = (0..elements.len()).filter(|&i| acting[i].terms.is_none()).collect();
+        drop(acting);
         let base = interior_point(&parameters);
         let mut damped = affine.bases().any(|b| !b.damping.is_empty());
         for &e in &general {
@@ -208,7 +209,7 @@ impl Model {
         left_out_of_effects(&self.spec)
     }
 
-    /// Whether effects are looked for at a node: one of the file that is no inner one of a large mesh, or one of those chosen of a mesh or a superelement.
+    /// Whether effects are looked for at a node: one of the file that is not an inner one of a large mesh, or one of those chosen of a mesh or a superelement.
     pub fn is_site(&self, node: usize) -> bool {
         self.sites.binary_search(&node).is_ok()
     }
@@ -223,7 +224,7 @@ impl Model {
         node < self.n_named && (self.spec.mesh.is_none() || self.is_site(node))
     }
 
-    /// Names of the sets of a mesh that are no parts of it and have elements.
+    /// Names of the sets of a mesh that are not parts of it and have elements.
     pub(crate) fn mesh_sets(&self) -> impl Iterator<Item = &String> {
         let mesh = self.spec.mesh.as_ref().and_then(|m| Some((m, m.loaded.0.as_ref()?)));
         let all = mesh.into_iter().flat_map(|(spec, loaded)| loaded.mesh.sets.iter().map(move |s| (spec, &s.name)));
@@ -266,22 +267,18 @@ impl Model {
     /// Displacements of one element, in its axes, for given rows q.
     pub fn element_displacements(&self, element: usize, q: &[f64]) -> Vec<f64> {
         let c = &self.connections[element];
-        (0..c.b.nrows()).map(|i| c.rows.iter().enumerate().map(|(j, &row)| c.b[(i, j)] * q[row]).sum()).collect()
+        let of = |dof: usize| c.terms(dof).iter().map(|&(j, value)| value * q[c.rows[j as usize]]).sum();
+        (0..c.n_dof()).map(of).collect()
     }
 
     /// How the dofs of one element follow from the rows of K: u_e = B q\[rows\], (6 nodes) x (rows), in its axes.
-    pub fn element_motion(&self, element: usize) -> (&[usize], &DMatrix<f64>) {
-        let c = &self.connections[element];
-        (&c.rows, &c.b)
+    pub fn element_motion(&self, element: usize) -> &Connection {
+        &self.connections[element]
     }
 
-    /// Whether the matrices of an element are no polynomials of θ, and so not in the affine part.
+    /// Whether the matrices of an element are not polynomials of θ, and so not in the affine part.
     pub(super) fn is_general(&self, element: usize) -> bool {
         self.general.binary_search(&element).is_ok()
-    }
-
-    pub(super) fn connection(&self, element: usize) -> &Connection {
-        &self.connections[element]
     }
 
     pub(super) fn elements_and_connections(&self) -> (&[PlacedElement], &[Connection]) {
@@ -315,7 +312,7 @@ impl Model {
         if n_dof > MOST_DENSE_DOFS { Err(ModelError::TooLarge { n_dof, most: MOST_DENSE_DOFS }) } else { Ok(()) }
     }
 
-    /// The matrices of everything that is no polynomial.
+    /// The matrices of everything that is not a polynomial.
     fn general_matrices(
         &self,
         theta: &[f64],
@@ -324,7 +321,7 @@ impl Model {
         self.general.iter().map(of_element).chain(self.support_matrices(&self.elements, theta).transpose())
     }
 
-    /// ∂/∂θ_j of the matrices of everything that is no polynomial and depends on the parameter, by differences.
+    /// ∂/∂θ_j of the matrices of everything that is not a polynomial and depends on the parameter, by differences.
     fn general_slopes(&self, theta: &[f64], j: usize) -> Result<Vec<(&Connection, ElementMatrices)>, ModelError> {
         let step = self.parameters.difference_step(theta, j);
         let slope = |&e: &usize| -> Result<_, ModelError> {
@@ -367,6 +364,7 @@ impl Model {
             supports.map(|s| s.element_motion(element, &self.elements, &self.connections, theta)).transpose()?;
         let giving = giving.flatten();
         let c = giving.as_ref().unwrap_or(&self.connections[element]);
+        let b = c.b();
         let mut rows: [Vec<(usize, f64)>; 6] = Default::default();
         for (global, list) in rows.iter_mut().enumerate() {
             for (j, &row) in c.rows.iter().enumerate() {
@@ -374,7 +372,7 @@ impl Model {
                 let factor: f64 = (0..3)
                     .map(|local| {
                         let i = local + 3 * (global / 3);
-                        let along: f64 = (0..c.b.nrows()).map(|k| shape[i][k] * c.b[(k, j)]).sum();
+                        let along: f64 = (0..b.nrows()).map(|k| shape[i][k] * b[(k, j)]).sum();
                         e.axes[local][global % 3] * along
                     })
                     .sum();

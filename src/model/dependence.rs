@@ -127,17 +127,6 @@ pub(super) enum Dependence {
     General,
 }
 
-impl Dependence {
-    /// The matrices of all its terms.
-    pub(super) fn parts(&self) -> Vec<&ElementMatrices> {
-        match self {
-            Self::Affine(constant, slopes) => std::iter::once(constant).chain(slopes.iter().map(|s| &s.1)).collect(),
-            Self::Polynomial(constant, terms) => std::iter::once(constant).chain(terms.iter().map(|t| &t.1)).collect(),
-            Self::General => Vec::new(),
-        }
-    }
-}
-
 /// Finds out how an element's matrices depend on θ.
 ///
 /// First as an affine function: from the [`interior_point`] b and each parameter moved alone. Else as a sum over groups of

@@ -1,6 +1,6 @@
 //! Supports that give: dofs held by springs of a compliance, condensed.
 
-use super::assembly::{Connection, motion_in_axes, place};
+use super::connection::{Connection, motion_in_axes, place};
 use super::constraint::Elimination;
 use super::dependence::{central_difference, element_matrices};
 use super::dof_map::{Combination, DofMap};
@@ -245,11 +245,11 @@ impl ElasticSupports {
         let [k, ..] = self.blocks(elements, connections, theta)?;
         let mut b = b_s * self.followers(&k, theta);
         let held = &connections[element];
-        for (row, own) in held.rows.iter().zip(held.b.column_iter()) {
+        for (row, own) in held.rows.iter().zip(held.b().column_iter()) {
             let mut column = b.column_mut(place(&self.connection.rows, *row));
             column += own;
         }
-        Ok(Some(Connection { rows: self.connection.rows.clone(), b }))
+        Ok(Some(Connection::of(self.connection.rows.clone(), &b)))
     }
 
     /// Whether the giving supports move an element.
@@ -284,7 +284,8 @@ impl ElasticSupports {
         let mut blocks = [(); 3].map(|()| self.no_block());
         let of_model = self.elements.iter().map(|(e, b_s)| (self.element(*e, elements), &connections[*e], b_s));
         let brought = self.brought.iter().map(|(element, connection, b_s)| (element, connection, b_s));
-        for (element, Connection { rows, b }, b_s) in of_model.chain(brought) {
+        for (element, connection, b_s) in of_model.chain(brought) {
+            let b = connection.b();
             let matrices = element_matrices(element, theta)?;
             for (block, matrix) in blocks.iter_mut().zip([&matrices.stiffness, &matrices.mass, &matrices.damping]) {
                 if matrix.is_zero() {
@@ -292,8 +293,8 @@ impl ElasticSupports {
                 }
                 let force = b_s.transpose() * matrix.to_dense();
                 block.own += &force * b_s;
-                let between = force * b;
-                for (j, row) in rows.iter().enumerate() {
+                let between = force * &b;
+                for (j, row) in connection.rows.iter().enumerate() {
                     let mut column = block.between.column_mut(place(&self.connection.rows, *row));
                     column += between.column(j);
                 }

@@ -5,6 +5,7 @@
 //! [`ParametricModel`] is what the rest of the house sees; [`Model`] is its implementation from a file, and a user may
 //! write another around any other solver.
 
+mod acting;
 mod affine;
 mod assembly;
 mod buckling;
@@ -12,6 +13,7 @@ mod change;
 mod character;
 mod compile;
 mod configuration;
+mod connection;
 mod constraint;
 mod critical_preload;
 mod dependence;
@@ -81,6 +83,7 @@ pub use assembly::{AffineMass, AffinePart, Basis};
 pub use change::{Additions, Change, ChangeAt};
 pub use character::{ModeCharacter, ModeLabel, family, label_modes, symmetry_index};
 pub use compile::Model;
+pub use connection::Connection;
 pub use critical_preload::CriticalPreload;
 pub use dependence::Monomial;
 pub use dof_map::{DofMap, rigid_motion};
@@ -313,7 +316,7 @@ impl ElementMatrices {
     }
 
     /// The mass that a balance sees.
-    fn weighed(&self) -> &SymMatrix {
+    pub(crate) fn weighed(&self) -> &SymMatrix {
         self.weighed_mass.as_ref().unwrap_or(&self.mass)
     }
 
@@ -338,7 +341,7 @@ impl ElementMatrices {
 pub enum ModelError {
     /// A reduced model needs terms that can be projected.
     #[error(
-        "the matrices are no polynomials of the parameters, as a reduced model needs; a parameter of a compliance (of shear, of a joint) makes them so"
+        "the matrices are not polynomials of the parameters, as a reduced model needs; a parameter of a compliance (of shear, of a joint) makes them so"
     )]
     NotPolynomial,
     /// An element refuses its input.

@@ -221,9 +221,9 @@ impl Follows {
                     let (row, column) = (r.max(s), r.min(s));
                     if e.row != e.column {
                         // The mirror image gives as much: on the diagonal both count.
-                        out.push(Entry { row, column, value: if r == s { 2.0 * value } else { value } });
+                        out.push(Entry::new(row, column, if r == s { 2.0 * value } else { value }));
                     } else if r >= s {
-                        out.push(Entry { row, column, value });
+                        out.push(Entry::new(row, column, value));
                     }
                 }
             }

@@ -222,7 +222,7 @@ impl<'a> ReducedModel<'a> {
         let entries = |projected: &DMatrix<f64>| -> Vec<Entry> {
             (0..v.ncols())
                 .flat_map(|row| (0..=row).map(move |column| (row, column)))
-                .map(|(row, column)| Entry { row, column, value: projected[(row, column)] })
+                .map(|(row, column)| Entry::new(row, column, projected[(row, column)]))
                 .filter(|e| e.value != 0.0)
                 .collect()
         };
@@ -230,7 +230,7 @@ impl<'a> ReducedModel<'a> {
             if list.is_empty() {
                 return Vec::new();
             }
-            let a = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
+            let a = SparseSym::from_triplets(n, list.iter().map(Entry::triplet));
             entries(&a.on_basis(&v, n_rigid))
         };
         let mut reduced: Vec<Basis> =

@@ -51,7 +51,7 @@ struct Common {
     basis: DMatrix<f64>,
     /// In the order of [`AffinePart::bases`].
     terms: Vec<Term>,
-    /// M of what is no polynomial, at the estimates.
+    /// M of what is not a polynomial, at the estimates.
     frozen_mass: Option<SparseSym>,
     affine: AffinePart,
     factor: Arc<PencilFactor>,
@@ -74,7 +74,7 @@ struct Placed {
     first_new: usize,
 }
 
-/// Elements of a change whose matrices are no polynomials, on the coordinates.
+/// Elements of a change whose matrices are not polynomials, on the coordinates.
 #[derive(Debug, Clone)]
 struct General {
     /// Number of the change, and those of the elements in it.
@@ -93,7 +93,7 @@ pub struct StandIn {
     changes: Vec<Placed>,
     /// W, (n_dof x n_extra).
     extra: Arc<DMatrix<f64>>,
-    /// Coordinates of changes that are no combinations of dofs.
+    /// Coordinates of changes that are not combinations of dofs.
     n_new: usize,
     affine: AffinePart,
     /// Rᵀ M R of the rigid motions in the terms of `affine`, and the parts of changes that are not in it: (change, part).
@@ -118,7 +118,7 @@ impl StandIn {
         held: &[(String, f64)],
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
-        // What is no polynomial is frozen for the basis, and stands beside it as a change.
+        // What is not a polynomial is frozen for the basis, and stands beside it as a change.
         let frozen = match model.affine() {
             Some(_) => None,
             None => Some(model.frozen_at(&interior_point(model.parameters()))?),
@@ -129,7 +129,7 @@ impl StandIn {
         let full = solved.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();
         let matrix = |list: &[Entry]| {
-            let entries = list.iter().map(|e| (e.row, e.column, e.value));
+            let entries = list.iter().map(Entry::triplet);
             (!list.is_empty()).then(|| SparseSym::from_triplets(n, entries))
         };
         let term =
@@ -344,9 +344,9 @@ impl StandIn {
                     let monomial = Monomial { powers };
                     placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial, is_linear).rigid);
                     match placed.change.motion(part) {
-                        Some((rows_of_part, b)) => {
+                        Some(connection) => {
                             let new = || Projection::new(&rows, &motion, n_rigid);
-                            found.entry((monomial, is_linear)).or_insert_with(new).take(rows_of_part, b, &matrices);
+                            found.entry((monomial, is_linear)).or_insert_with(new).take(connection, &matrices);
                         }
                         // Matrices of a superelement are on the coordinates already.
                         None => add(sum.term(&monomial, is_linear), &matrices),
@@ -371,13 +371,15 @@ impl StandIn {
         let of = |list: &[Entry], a: &Option<SparseSym>, strains: bool| {
             let mut out = DMatrix::zeros(size, size);
             for e in list {
-                out[(e.row, e.column)] = e.value;
+                out[e.place()] = e.value;
             }
             let Some(a) = a else { return out };
             let aw = a.mul(w);
             let mut beside = tall_tr_mul(&aw, v);
             // A rigid motion that the term does not strain meets no force of a shape either.
-            for j in (0..n_rigid).filter(|&j| strains && !list.iter().any(|e| e.row == j || e.column == j)) {
+            for j in (0..n_rigid)
+                .filter(|&j| strains && !list.iter().map(Entry::place).any(|(row, column)| row == j || column == j))
+            {
                 beside.column_mut(j).fill(0.0);
             }
             out.view_mut((m, 0), (w.ncols(), m)).copy_from(&beside);
@@ -432,7 +434,7 @@ impl StandIn {
         sum
     }
 
-    /// Adds the matrices of elements that are no polynomials; `None` of those that have no part in it.
+    /// Adds the matrices of elements that are not polynomials; `None` of those that have no part in it.
     fn add_general(
         &self,
         g: &General,
@@ -442,9 +444,9 @@ impl StandIn {
         let mut projection = Projection::new(&g.rows, &g.motion, self.common.n_rigid);
         for &part in &g.parts {
             // A superelement is a polynomial.
-            let Some((rows, b)) = self.changes[g.change].change.motion(part) else { continue };
+            let Some(connection) = self.changes[g.change].change.motion(part) else { continue };
             if let Some(matrices) = matrices(part)? {
-                projection.take(rows, b, &matrices);
+                projection.take(connection, &matrices);
             }
         }
         projection.add_to(of_system(system));

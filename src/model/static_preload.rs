@@ -263,9 +263,9 @@ fn forces(model: &Model, load: &Load, theta: &[f64]) -> Result<DMatrix<f64>, Mod
                 e.axes.map(|axis| dot(axis, away))
             });
         }
-        let (rows, b) = model.element_motion(i);
+        let connection = model.element_motion(i);
         for (a, force) in own.into_iter().enumerate().filter(|(_, v)| *v != 0.0) {
-            rows.iter().enumerate().for_each(|(j, &row)| f[(row, 0)] += b[(a, j)] * force);
+            connection.terms(a).iter().for_each(|&(j, b)| f[(connection.rows[j as usize], 0)] += b * force);
         }
     }
     for (node, force) in &load.forces {

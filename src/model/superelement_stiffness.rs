@@ -15,7 +15,7 @@ impl Model {
         let matrices = element.matrices.as_ref()?;
         let factor = element.stiffness_factor.as_ref().map_or(1.0, |f| f.at(theta));
         let entries = matrices.follows(self.dof_map()).reduce(matrices.k.as_deref()?);
-        let mut rows: Vec<usize> = entries.iter().flat_map(|e| [e.row, e.column]).collect();
+        let mut rows: Vec<usize> = entries.iter().flat_map(|e| [e.place().0, e.place().1]).collect();
         rows.sort_unstable();
         rows.dedup();
         if rows.is_empty() || rows.len() > MOST_ROWS || factor == 0.0 {
@@ -24,7 +24,7 @@ impl Model {
         let place = |row: usize| rows.partition_point(|r| *r < row);
         let mut matrix = DMatrix::zeros(rows.len(), rows.len());
         for e in entries {
-            let (i, j) = (place(e.row), place(e.column));
+            let (i, j) = (place(e.place().0), place(e.place().1));
             matrix[(i, j)] += factor * e.value;
             if i != j {
                 matrix[(j, i)] += factor * e.value;

@@ -6,7 +6,7 @@ use super::{ModelError, ParametricModel, PointMotion};
 use crate::element::{ElementInput, PointWithin};
 
 impl Model {
-    /// How the point of an element, a part of a mesh or a group moves that is nearest to a place; `None` where these are no surfaces or
+    /// How the point of an element, a part of a mesh or a group moves that is nearest to a place; `None` where these are not surfaces or
     /// volumes.
     pub(super) fn point_within(&self, name: &str, place: Vector) -> Result<Option<PointMotion>, ModelError> {
         let Some(set) = self.element_set(name) else { return Ok(None) };
@@ -61,7 +61,8 @@ impl Model {
 
     fn motion_of(&self, e: usize, found: &PointWithin) -> PointMotion {
         let element = &self.elements()[e];
-        let (rows, b) = self.element_motion(e);
+        let connection = self.element_motion(e);
+        let (rows, b) = (&connection.rows, connection.b());
         let mut out: [Vec<(usize, f64)>; 6] = Default::default();
         for (j, &row) in rows.iter().enumerate() {
             let own: [f64; 6] =

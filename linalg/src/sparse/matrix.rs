@@ -48,23 +48,26 @@ impl SparseSym {
             entries[next[column]] = (row, value);
             next[column] += 1;
         }
+        // Summed in place: what is written never overtakes what is read.
         let mut columns = Vec::with_capacity(n + 1);
-        let (mut rows, mut values) = (Vec::new(), Vec::new());
         columns.push(0);
+        let mut end = 0;
         for j in 0..n {
-            let column = &mut entries[starts[j]..starts[j + 1]];
-            column.sort_by_key(|e| e.0);
-            let first = rows.len();
-            for &(row, value) in column.iter() {
-                if rows.len() > first && rows.last() == Some(&row) {
-                    *values.last_mut().unwrap_or(&mut 0.0) += value;
+            entries[starts[j]..starts[j + 1]].sort_by_key(|e| e.0);
+            let first = end;
+            for at in starts[j]..starts[j + 1] {
+                let (row, value) = entries[at];
+                if end > first && entries[end - 1].0 == row {
+                    entries[end - 1].1 += value;
                 } else {
-                    rows.push(row);
-                    values.push(value);
+                    entries[end] = (row, value);
+                    end += 1;
                 }
             }
-            columns.push(rows.len());
+            columns.push(end);
         }
+        let entries = &entries[..end];
+        let (rows, values) = (entries.iter().map(|e| e.0).collect(), entries.iter().map(|e| e.1).collect());
         Self { columns, rows, values }
     }
 

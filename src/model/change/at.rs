@@ -1,9 +1,9 @@
 //! A change at one point: what it adds to forces.
 
 use super::factored::Factored;
-use crate::linalg::DMatrix;
+use crate::linalg::{DMatrix, SymMatrix};
 use crate::model::ElementMatrices;
-use crate::model::assembly::{Connection, place};
+use crate::model::connection::{Connection, place};
 
 /// A change at one point.
 #[derive(Debug)]
@@ -79,9 +79,10 @@ impl PartAt<'_> {
     fn times(&self, x: &DMatrix<f64>) -> [Option<DMatrix<f64>>; 2] {
         match self {
             PartAt::Factored { part, factors } => part.times(*factors, x),
-            PartAt::Element { connection: Connection { b, .. }, own } => {
-                let local = b * x;
-                [&own.stiffness, &own.mass].map(|a| (!a.is_zero()).then(|| b.tr_mul(&(a.to_dense() * &local))))
+            PartAt::Element { connection, own } => {
+                let local = connection.times(x);
+                let on_rows = |a: &SymMatrix| connection.tr_times(&(a.to_dense() * &local));
+                [&own.stiffness, &own.mass].map(|a| (!a.is_zero()).then(|| on_rows(a)))
             }
         }
     }

@@ -6,6 +6,7 @@
 
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
+use crate::matrices::Entry;
 use crate::model::assembly::{Kind, matrix_uses};
 use crate::model::dependence::{Monomial, interior_point};
 use crate::model::dof_map::DofMap;
@@ -38,14 +39,16 @@ impl OnRows {
         });
         let mut touched = vec![false; dofs.n_dof()];
         for e in lists.iter().flatten() {
-            touched[e.row] = true;
-            touched[e.column] = true;
+            let (row, column) = e.place();
+            touched[row] = true;
+            touched[column] = true;
         }
         let rows: Vec<usize> = (0..touched.len()).filter(|&row| touched[row]).collect();
         let mut place = vec![0; touched.len()];
         rows.iter().enumerate().for_each(|(i, &row)| place[row] = i);
         let on_rows = lists.map(|list| {
-            let entries = list.iter().map(|e| (place[e.row], place[e.column], e.value));
+            let entries =
+                list.iter().map(Entry::triplet).map(|(row, column, value)| (place[row], place[column], value));
             (!list.is_empty()).then(|| SparseSym::from_triplets(rows.len(), entries))
         });
         let rigid = matrices.m.as_deref().map_or_else(|| SymMatrix::zeros(6), |m| matrices.rigid(m, positions));

@@ -51,7 +51,7 @@ impl Residual {
         for (term, basis) in terms.bases().enumerate() {
             let mut push = |list: &[Entry], is_mass: bool| {
                 if !list.is_empty() {
-                    let matrix = SparseSym::from_triplets(n, list.iter().map(|e| (e.row, e.column, e.value)));
+                    let matrix = SparseSym::from_triplets(n, list.iter().map(Entry::triplet));
                     forces.push(Force { term, is_mass, matrix, columns: Vec::new() });
                 }
             };

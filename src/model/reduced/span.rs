@@ -121,7 +121,7 @@ impl<'a> Span<'a> {
                     }
                 }
                 let norm = v.dot(&image).max(0.0).sqrt();
-                // What rounding has left of a vector of unit norm is no direction.
+                // What rounding has left of a vector of unit norm is not a direction.
                 if norm > 1e-3 {
                     new.push((place, sign, v / norm, image / norm));
                 }

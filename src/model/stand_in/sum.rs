@@ -1,7 +1,8 @@
 //! Terms of K, M and C on few coordinates, as they are summed.
 
 use crate::linalg::{DMatrix, SymMatrix, tall_tr_mul};
-use crate::model::assembly::{AffineMass, AffinePart, Basis, place};
+use crate::model::assembly::{AffineMass, AffinePart, Basis};
+use crate::model::connection::{Connection, place};
 use crate::model::dependence::Monomial;
 use crate::model::entry::Entry;
 use crate::model::system::System;
@@ -11,7 +12,7 @@ use std::collections::BTreeMap;
 /// Number of the rigid vectors of a basis, coordinates of the six rigid motions, (n_basis x 6), and those vectors as sums of the motions, (6 x
 /// n_rigid): by least squares, as products with X lose digits of motions that K does not strain.
 ///
-/// * `about` - the coordinates to some digits; zero for what is no motion of the structure
+/// * `about` - the coordinates to some digits; zero for what is not a motion of the structure
 pub(super) fn rigid(model: &Model, basis: &DMatrix<f64>, about: &DMatrix<f64>) -> (usize, DMatrix<f64>, DMatrix<f64>) {
     let n_rigid = about.row_iter().take_while(|row| row.amax() > 0.0).count();
     let (mut coordinates, none) = (DMatrix::zeros(basis.ncols(), 6), DMatrix::zeros(6, n_rigid));
@@ -81,10 +82,7 @@ impl Sum {
     pub(super) fn into_affine(self) -> (AffinePart, AffineMass) {
         let entries = |a: &DMatrix<f64>| -> Vec<Entry> {
             let lower = (0..a.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-            lower
-                .map(|(row, column)| Entry { row, column, value: a[(row, column)] })
-                .filter(|e| e.value != 0.0)
-                .collect()
+            lower.map(|(row, column)| Entry::new(row, column, a[(row, column)])).filter(|e| e.value != 0.0).collect()
         };
         let basis = |summed: &Summed| {
             let [stiffness, mass, damping] = summed.matrices.each_ref().map(entries);
@@ -159,16 +157,16 @@ impl<'a> Projection<'a> {
     /// Takes in an element whose dofs follow as B q\[rows\].
     ///
     /// A rigid motion that it does not strain meets no force: what is left is rounding.
-    pub(super) fn take(&mut self, rows: &[usize], b: &DMatrix<f64>, matrices: &ElementMatrices) {
+    pub(super) fn take(&mut self, connection: &Connection, matrices: &ElementMatrices) {
         const ROUNDING: f64 = 1e-9;
-        let places: Vec<usize> = rows.iter().map(|&row| place(self.rows, row)).collect();
+        let places: Vec<usize> = connection.rows.iter().map(|&row| place(self.rows, row)).collect();
         let motion = &self.motion.transposed;
         let parts = [(&matrices.stiffness, self.n_rigid), (&matrices.mass, 0), (&matrices.damping, self.n_rigid)];
         for (sum, (a, n_rigid)) in self.forces.iter_mut().zip(parts) {
             if a.is_zero() {
                 continue;
             }
-            let a = b.tr_mul(&(a.to_dense() * b));
+            let a = connection.reduce(a);
             let sum = sum.get_or_insert_with(|| DMatrix::zeros(motion.nrows(), motion.ncols()));
             // By rigid motion: the largest force of this element, and the largest that does not cancel.
             let (mut largest, mut whole) = ([0.0_f64; 6], [0.0_f64; 6]);

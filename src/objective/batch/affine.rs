@@ -47,11 +47,11 @@ pub(super) fn pencil(comparison: &Comparison<'_>, scaling: &Scaling) -> Option<A
     let part = |of: fn(&Basis) -> &[Entry]| {
         let mut entries: Vec<AffineEntry> = Vec::new();
         let mut add = |basis: &Basis, parameter: Option<usize>, factor: f64| {
-            entries.extend(of(basis).iter().map(|e| AffineEntry {
-                row: e.row,
-                col: e.column,
+            entries.extend(of(basis).iter().map(Entry::triplet).map(|(row, col, value)| AffineEntry {
+                row,
+                col,
                 parameter,
-                coefficient: factor * e.value,
+                coefficient: factor * value,
             }));
         };
         add(&affine.constant, None, 1.0);

@@ -81,16 +81,17 @@ pub fn member_stiffnesses(model: &Model, theta: &[f64]) -> Result<Vec<ElementMat
             continue;
         }
         let stiffness = model.element_matrices(i, theta)?.stiffness;
-        let (rows, b) = model.element_motion(i);
+        let connection = model.element_motion(i);
+        let rows = &connection.rows;
         if stiffness.is_zero() || rows.is_empty() {
             continue;
         }
-        let matrix = b.tr_mul(&(stiffness.to_dense() * b));
+        let matrix = connection.reduce(&stiffness);
         if matrix.amax() == 0.0 {
             continue;
         }
         let member = element.name.split_once('/').map_or(element.name.as_str(), |(member, _)| member).to_owned();
-        parts.push(ElementMatrix { name: element.name.clone(), group: Some(member), dofs: rows.to_vec(), matrix });
+        parts.push(ElementMatrix { name: element.name.clone(), group: Some(member), dofs: rows.clone(), matrix });
     }
     let mut members = group_matrices(&parts);
     for member in &mut members {

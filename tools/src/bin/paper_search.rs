@@ -93,9 +93,10 @@ fn basis(affine: &AffinePart, n: usize, of: fn(&Basis) -> &[Entry]) -> Vec<Vec<V
     let dense = |basis: &Basis| {
         let mut a = vec![vec![0.0; n]; n];
         for e in of(basis) {
-            a[e.row][e.column] += e.value;
-            if e.row != e.column {
-                a[e.column][e.row] += e.value;
+            let (row, column) = e.place();
+            a[row][column] += e.value;
+            if row != column {
+                a[column][row] += e.value;
             }
         }
         a

@@ -1,0 +1,116 @@
+//! What is kept of an element until the model is assembled: the terms of its matrices on the dofs that it acts on.
+//!
+//! A solid has no rotations and mostly no damping, and each parameter is in one of its matrices: of 48 x 48 numbers in each matrix of each term
+//! a small part is kept, which for a mesh of 10^5 elements makes the difference between megabytes and gigabytes.
+
+use super::ElementMatrices;
+use super::ModelError;
+use super::dependence::{Dependence, Monomial, dependence, element_matrices, interior_point, step};
+use super::parameter::ParameterSet;
+use super::placed_element::PlacedElement;
+use crate::linalg::SymMatrix;
+
+/// What a term is multiplied with.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Factor {
+    /// One.
+    One,
+    /// A parameter.
+    Parameter(usize),
+    /// A product of powers of parameters.
+    Product(Monomial),
+}
+
+/// A term of an element's matrices; what is zero is left out.
+pub(super) struct Term {
+    pub(super) factor: Factor,
+    /// K, M and C, on the dofs that the element acts on.
+    pub(super) matrices: [Option<SymMatrix>; 3],
+    /// Whether a balance sees another mass than M.
+    has_own_weight: bool,
+    /// That mass, where it is not zero.
+    weighed: Option<SymMatrix>,
+}
+
+/// An element's matrices on the dofs that it acts on.
+pub(super) struct Acting {
+    /// Dofs of the element in which any of its matrices has an entry, ascending.
+    pub(super) dofs: Vec<u16>,
+    /// `None` where the matrices are not polynomials of the parameters.
+    pub(super) terms: Option<Vec<Term>>,
+}
+
+impl Acting {
+    pub(super) fn new(element: &PlacedElement, parameters: &ParameterSet) -> Result<Self, ModelError> {
+        let all = match dependence(element, parameters)? {
+            Dependence::Affine(constant, slopes) => {
+                let slopes = slopes.into_iter().map(|(p, a)| (Factor::Parameter(p), a));
+                std::iter::once((Factor::One, constant)).chain(slopes).collect::<Vec<_>>()
+            }
+            Dependence::Polynomial(constant, terms) => {
+                let terms = terms.into_iter().map(|(monomial, a)| (Factor::Product(monomial), a));
+                std::iter::once((Factor::One, constant)).chain(terms).collect()
+            }
+            Dependence::General => {
+                let base = interior_point(parameters);
+                let mut beside = base.clone();
+                for (i, value) in beside.iter_mut().enumerate() {
+                    *value += 0.618 * step(parameters, i, *value);
+                }
+                let at = [&base, &beside].into_iter().filter_map(|theta| element_matrices(element, theta).ok());
+                return Ok(Self { dofs: acted_on(&at.collect::<Vec<_>>()), terms: None });
+            }
+        };
+        let (factors, matrices): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+        let dofs = acted_on(&matrices);
+        let on_dofs = |a: &SymMatrix| (!a.is_zero()).then(|| part(a, &dofs));
+        let term = |(factor, m): (Factor, &ElementMatrices)| Term {
+            factor,
+            matrices: [&m.stiffness, &m.mass, &m.damping].map(on_dofs),
+            has_own_weight: m.weighed_mass.is_some(),
+            weighed: m.weighed_mass.as_ref().and_then(on_dofs),
+        };
+        let terms: Vec<Term> = factors.into_iter().zip(&matrices).map(term).collect();
+        Ok(Self { terms: Some(terms.into_iter().filter(|t| !t.is_zero()).collect()), dofs })
+    }
+}
+
+impl Term {
+    fn is_zero(&self) -> bool {
+        self.weighed.is_none() && self.matrices.iter().all(Option::is_none)
+    }
+
+    /// The mass that a balance sees, on all dofs of the element.
+    ///
+    /// * `dofs` - those that the element acts on
+    /// * `n` - how many it has
+    pub(super) fn weighed(&self, dofs: &[u16], n: usize) -> Option<SymMatrix> {
+        let own = if self.has_own_weight { &self.weighed } else { &self.matrices[1] }.as_ref()?;
+        let mut all = SymMatrix::zeros(n);
+        for (i, &to) in dofs.iter().enumerate() {
+            for (j, &other) in dofs[..=i].iter().enumerate() {
+                all.add(to.into(), other.into(), own.get(i, j));
+            }
+        }
+        Some(all)
+    }
+}
+
+fn acted_on(all: &[ElementMatrices]) -> Vec<u16> {
+    let Some(first) = all.first() else { return Vec::new() };
+    let mut acts = vec![false; first.stiffness.n()];
+    for a in all.iter().flat_map(|m| [&m.stiffness, &m.mass, &m.damping]) {
+        let rows = (0..a.n()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        for ((i, j), _) in rows.zip(a.lower()).filter(|(_, v)| **v != 0.0) {
+            acts[i] = true;
+            acts[j] = true;
+        }
+    }
+    (0..).zip(acts).filter(|(_, acts)| *acts).map(|(dof, _)| dof).collect()
+}
+
+fn part(a: &SymMatrix, dofs: &[u16]) -> SymMatrix {
+    let rows = dofs.iter().enumerate().flat_map(|(i, &row)| dofs[..=i].iter().map(move |&column| (row, column)));
+    let lower: Vec<f64> = rows.map(|(row, column)| a.get(row.into(), column.into())).collect();
+    SymMatrix::from_lower(dofs.len(), &lower)
+}
