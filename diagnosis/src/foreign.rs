@@ -2,7 +2,7 @@
 //!
 //! They are decided at the base, once, so that all hypotheses are compared on the same data. There the model may lack an effect of any
 //! size: what it misses is taken for model form, and its true modes stay. A mode that one cause explains together with all
-//! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is no foreign one: then the diagnosis with all
+//! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is not a foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two. Such a cause is looked for before the others decide without the mode, and
 //! after: what they name may give the mode its partner. Where the best of that search gives such modes their partners and does not explain
 //! everything, several things are wrong, and these modes stay.
@@ -67,7 +67,7 @@ fn with_modes_of_the_structure(
     let is_tried = with_all.is_some();
     if let Some(with_all) = with_all {
         match by_one_cause(with_all, starts, weight, settings)? {
-            Asked::Explained(found) => return named(*found),
+            Asked::Explained(found) => return named(*found, settings),
             // The best of what does not suffice alone may still give such modes their partners: then several things are wrong, and these modes stay.
             Asked::Best(found) => {
                 if let Some(best) = found.first()
@@ -75,7 +75,10 @@ fn with_modes_of_the_structure(
                 {
                     let begun = best.fit.x.rows(0, best.fit.x.len() - best.estimates.len()).into_owned();
                     let known: Vec<&Tried> = found.iter().map(|r| &r.tried).collect();
-                    return named(investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?);
+                    return named(
+                        investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?,
+                        settings,
+                    );
                 }
             }
         }
@@ -88,9 +91,9 @@ fn with_modes_of_the_structure(
         && (!is_tried || freed.test.modes.iter().any(|mode| is_foreign(&mode.standing)))
         && let Asked::Explained(with_them) = by_one_cause(freed, starts, weight, settings)?
     {
-        return named(*with_them);
+        return named(*with_them, settings);
     }
-    named(found)
+    named(found, settings)
 }
 
 /// The effect that a diagnosis names.
@@ -169,7 +172,7 @@ fn by_one_cause(
 }
 
 /// With what has no partner named.
-fn named(mut found: Investigation) -> Result<Investigation, DiagnosisError> {
+fn named(mut found: Investigation, settings: &Settings) -> Result<Investigation, DiagnosisError> {
     let scene = &found.base.scene;
     let mut foreign = Vec::new();
     for (m, mode) in scene.test.modes.iter().enumerate() {
@@ -188,6 +191,13 @@ fn named(mut found: Investigation) -> Result<Investigation, DiagnosisError> {
         .collect();
     if !of_inference.is_empty() {
         found.diagnosis.sentence += &format!("; {}", of_inference.join("; "));
+        if settings.is_narrowed() {
+            found.diagnosis.warnings.push(
+                "which modes are of the structure depends on the effects and places that are tried: an effect that was not may explain a mode that \
+                 is left out here, and misfits of a search over all of them may then be of more modes than these"
+                    .to_string(),
+            );
+        }
     }
     let comparisons = scene.comparisons()?;
     let theta = &found.base.fit.theta;

@@ -78,7 +78,7 @@ impl Learned {
     /// * `original` - the text of that file
     ///
     /// # Errors
-    /// A text that is no model file, or not that one.
+    /// A text that is not a model file, or not that one.
     pub fn model_texts(&self, original: &str) -> Result<Vec<String>, PatchError> {
         let mut present: Vec<&Candidate> = Vec::new();
         let mut out = Vec::with_capacity(self.steps.len());

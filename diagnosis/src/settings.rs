@@ -45,3 +45,10 @@ impl Default for Settings {
         }
     }
 }
+
+impl Settings {
+    /// Whether some of the built-in effects or some of the places are not tried.
+    pub(crate) fn is_narrowed(&self) -> bool {
+        !self.places.is_empty() || Effects::builtin().iter().any(|e| self.effects.find(e.name()).is_none())
+    }
+}

@@ -217,7 +217,7 @@ fn two_effects_are_named_together() {
     assert!(d.hypotheses[..2].iter().all(|h| h.misfit_before < d.misfit));
 }
 
-/// A modulus that its bounds do not allow: what a parameter on its bound leaves is no noise.
+/// A modulus that its bounds do not allow: what a parameter on its bound leaves is not noise.
 #[test]
 fn what_a_bound_leaves_is_seen() {
     let d = of_mast(&MAST.replace("value: 205 GPa, bounds: [180 GPa, 220 GPa]", "value: 165 GPa"), 6);
@@ -375,7 +375,7 @@ fn a_mass_at_one_winglet_is_found_there() {
     assert!(d.work.linearizations < 3500, "{:?}", d.work);
 }
 
-/// Stiffness that scatters over the elements is no single effect, and two effects that imitate it are no answer.
+/// Stiffness that scatters over the elements is no single effect, and two effects that imitate it are not an answer.
 #[test]
 fn a_change_of_every_element_is_no_effect() {
     let text = retune::samples::FRAME;
@@ -462,7 +462,7 @@ fn two_tests_of_a_complete_model_are_explained_together() {
     assert_eq!(d.verdict, Verdict::Adequate);
 }
 
-/// A clamp that gives shows on the bench only, and is no hinge of the wing in flight.
+/// A clamp that gives shows on the bench only, and is not a hinge of the wing in flight.
 #[test]
 fn a_clamp_that_gives_is_found_on_the_bench() {
     let base = model(&with_bench(&wing()));

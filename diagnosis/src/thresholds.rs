@@ -94,7 +94,7 @@ pub(crate) const LEFT_ROWS: usize = 4;
 /// A change of many parts is tried at a few sizes, between which a frequency moves by less than this in its logarithm. Perturbed.
 pub(crate) const NEAR_FREQUENCY: f64 = 0.4;
 
-/// Noise that is larger than this many times the stated one is no explanation: then the stated noise or the model is wrong. One standard
+/// Noise that is larger than this many times the stated one is not an explanation: then the stated noise or the model is wrong. One standard
 /// deviation of its prior.
 pub(crate) const MOST_NOISE: f64 = 2.0;
 

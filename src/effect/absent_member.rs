@@ -10,6 +10,8 @@ use crate::model::spec::OverrideSpec;
 
 /// Nearly all of a member: what is left keeps its own dofs determined, and along a brace is still nothing beside the bending of a frame.
 const NEARLY_ALL: f64 = 0.999_999;
+/// A member of which less is lost is there.
+const MOSTLY: f64 = 0.8;
 
 #[doc = "A member of a structure with closed loops that is absent, broken or not connected: a diagonal, a strut, a second load path."]
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +36,11 @@ impl Effect for AbsentMember {
                 "O. S. Salawu, Detection of structural damage through changes in frequency: a review, Engineering Structures 19, 1997",
             ],
         }
+    }
+
+    fn plainly(&self, intervals: &[[f64; 2]]) -> Option<&'static str> {
+        let is_there = intervals.first().is_some_and(|loss| loss[1] < MOSTLY);
+        is_there.then_some("stiffness-change")
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {

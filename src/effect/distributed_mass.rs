@@ -1,4 +1,4 @@
-//! Mass along members that the model lacks.
+//! Mass along members that the model lacks or has too much.
 
 use super::edit::PatchError;
 use super::location::Location;
@@ -8,7 +8,7 @@ use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
 
-#[doc = "Mass along a chain, an element or a group, or over a skin, that the model lacks: wiring, paint, fuel."]
+#[doc = "Mass along a chain, an element or a group, or over a skin, that the model lacks or has too much: wiring, paint, an empty pipe."]
 #[derive(Debug, Clone, Copy)]
 pub struct DistributedMass;
 
@@ -19,11 +19,11 @@ impl Effect for DistributedMass {
 
     fn about(&self) -> About {
         About {
-            summary: "Mass along a chain, an element or a group, or over a skin, that the model lacks: wiring, paint, fuel.",
-            signature: "Lowers all modes, those with much motion of the member more; the modes of one chain keep their \
+            summary: "Mass along a chain, an element or a group, or over a skin, that the model lacks or has too much: wiring, paint, an empty pipe.",
+            signature: "Lowers all modes, or raises them, those with much motion of the member more; the modes of one chain keep their \
                     ratios.",
             formulation: "M gains ∫ μ |v|² dx over the beams by `added_mass_per_length`, on the mass axis, or over the \
-                    area of shells by `mass_per_area`; μ = 0 leaves it.",
+                    area of shells by `mass_per_area`; μ = 0 leaves it, and below zero it takes up to nine tenths of their mass.",
             confusable: &["point-mass", "air-mass", "stiffness-change", "taper"],
             references: &[
                 "R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979",
@@ -54,9 +54,11 @@ impl Effect for DistributedMass {
             let length = structure.rigidity(&parts[0].elements).length;
             (length, "kg/m", "mass_per_length", "added_mass_per_length", "mass per length missing along")
         };
+        let elements: Vec<usize> = parts.iter().flat_map(|p| p.elements.iter().copied()).collect();
         let typical = 0.02 * structure.total_mass() / size;
+        let most_too_much = 0.9 * structure.mass_of(&elements) / size;
         let about = format!("{words} {}", at.place());
-        let mu = b.parameter(quantity, unit, typical, [0.0, 25.0 * typical], &about);
+        let mu = b.parameter(quantity, unit, typical, [-most_too_much, 25.0 * typical], &about);
         b.change("", &entries(&parts), OverrideSpec { add: entry(property, &mu), ..OverrideSpec::default() });
         Ok(b.finish())
     }

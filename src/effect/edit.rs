@@ -70,7 +70,7 @@ fn quantity(value: f64, unit: &str) -> Scalar {
 /// A scalar that this program itself writes.
 ///
 /// # Panics
-/// If the text is no scalar: a mistake in an effect.
+/// If the text is not a scalar: a mistake in an effect.
 pub(super) fn scalar(text: &str) -> Scalar {
     Scalar::parse(text).unwrap_or_else(|e| panic!("an effect's scalar: {e}"))
 }
@@ -300,7 +300,7 @@ pub enum PatchError {
     /// The file, or the patch, is not readable.
     #[error("the text cannot be read: {}", .0.first().map_or_else(String::new, ToString::to_string))]
     Unreadable(Vec<Problem>),
-    /// The patched model is no model.
+    /// The patched model is not a model.
     #[error("the model with the change is refused: {}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
     Refused(Vec<Problem>),
     /// A text in a form that is not edited.

@@ -71,6 +71,11 @@ impl Location {
         has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
+    /// Whether it is nodes with all axes.
+    pub fn has_all_axes(&self) -> bool {
+        self.direction() == ALL_AXES
+    }
+
     /// Whether it is of the same kind, in the same direction and configuration, at as many things.
     pub fn is_like(&self, other: &Self) -> bool {
         (self.kind, self.direction(), &self.configuration, self.names.len())

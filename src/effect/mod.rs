@@ -153,9 +153,16 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     }
 
     /// Names of the effects at the same place that it becomes at a limit of its sizes. Where one of them is more
-    /// probable, it is no hypothesis of its own.
+    /// probable, it is not a hypothesis of its own.
     fn becomes(&self) -> &'static [&'static str] {
         &[]
+    }
+
+    /// The name of the effect at the same place that says more plainly what it is at such sizes, where there is one: half of a member is not absent.
+    ///
+    /// * `intervals` - of its sizes, SI
+    fn plainly(&self, _intervals: &[[f64; 2]]) -> Option<&'static str> {
+        None
     }
 
     /// The edits that put it at one of its locations, at its neutral value.

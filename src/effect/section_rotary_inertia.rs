@@ -54,7 +54,7 @@ impl Effect for SectionRotaryInertia {
         let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let r = structure.rigidity(&parts[0].elements);
-        // A radius of gyration of a fiftieth of the length: beyond a fifth it is no beam.
+        // A radius of gyration of a fiftieth of the length: beyond a fifth it is not a beam.
         let of_radius = |ratio: f64| r.mass * (ratio * r.length).powi(2);
         let about = format!("rotary inertia per length of {} about its {}", at.place(), &at.direction()[1..]);
         let j = b.parameter("inertia_per_length", "kg m", of_radius(0.02), [0.0, of_radius(0.2)], &about);

@@ -81,7 +81,7 @@ impl Effect for StiffnessChange {
 const STIFF: f64 = 10.0;
 const GIVES: f64 = 2.0;
 const LEAST: f64 = 0.01;
-/// The stiffest direction of a spring, or that along a dof, against M ω² of the structure; zero of what is no spring.
+/// The stiffest direction of a spring, or that along a dof, against M ω² of the structure; zero of what is not a spring.
 fn hardly_gives(structure: &Structure<'_>, element: usize, along: &str) -> f64 {
     let is_meant = |dof: &Dof| along.is_empty() || along == dof.name();
     let of = |dof: Dof| {

@@ -437,10 +437,10 @@ const PATHS: [&str; 7] = ["file", "k", "m", "c", "dofs", "nodes", "matrix"];
 
 /// Gives the files that a model file names, a mesh and matrices, other paths, for it is to stand in another folder; everything else stays.
 ///
-/// * `to` - what is to stand in the place of a path; none for what is no file
+/// * `to` - what is to stand in the place of a path; none for what is not a file
 ///
 /// # Errors
-/// A text that is no YAML; a path that is an alias.
+/// A text that is not a YAML; a path that is an alias.
 pub fn move_files(text: &str, to: &dyn Fn(&str) -> Option<String>) -> Result<String, PatchError> {
     let (all, map) = yaml::read::<Value>(text).map_err(PatchError::Unreadable)?;
     let mut moved: Vec<(String, String)> = Vec::new();

@@ -180,7 +180,7 @@ fn strains(
     report.unless((mass - sample.mass).abs() <= 1e-9 * sample.mass, rule, || {
         format!("the mass that goes with them is {mass}, not {}", sample.mass)
     });
-    // What the strains do not see is never negative; a preload is no strain. Rotations may count otherwise in energies than in strains.
+    // What the strains do not see is never negative; a preload is not strain. Rotations may count otherwise in energies than in strains.
     let turns = element.nodes().iter().any(|n| n.iter().any(|d| d.is_rotation()));
     if !turns && !sample.given.iter().any(|(name, _)| element.preloads().contains(name)) {
         let rest = element.stiffness(input)?.to_dense() - &k;
@@ -241,7 +241,7 @@ fn rigid_modes(points: &[[f64; 3]]) -> DMatrix<f64> {
 
 /// Eigenvalues of a matrix scaled to unit diagonal, its dofs without any entry left out: how many are positive, and
 /// the lowest. A count of positive ones is a rank: below 1e-9 is rounding, and elements of which two mechanisms differ
-/// more than that after scaling are no samples.
+/// more than that after scaling are not samples.
 fn spectrum(a: &DMatrix<f64>) -> (usize, f64) {
     let kept: Vec<usize> = (0..a.nrows()).filter(|&i| a[(i, i)] > 0.0).collect();
     if kept.is_empty() {

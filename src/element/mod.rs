@@ -269,7 +269,7 @@ pub enum ElementError {
         /// Number of the node in the element, from one.
         node: usize,
     },
-    /// A name that is no property of the element.
+    /// A name that is not a property of the element.
     #[error("`{name}` is not one of its properties")]
     UnknownProperty {
         /// The name.

@@ -43,8 +43,12 @@ impl Fault for ModeFrequency {
     }
 
     fn remedy(&self, tests: &dyn Tests, at: &At) -> String {
-        let names: Vec<String> = at.modes().into_iter().map(|m| tests.mode(m)).collect();
-        format!("look up the frequency of {}", names.join(", "))
+        let stated = |m: usize| {
+            let hz = tests.all().modes[m].frequency_hz.value;
+            format!("{}, which the test gives as {hz:.4} Hz", tests.mode(m))
+        };
+        let modes: Vec<String> = at.modes().into_iter().map(stated).collect();
+        format!("look up the frequency of {}", modes.join("; "))
     }
 
     fn number(&self) -> Number {

@@ -89,7 +89,7 @@ fn bench(tests: &dyn Tests) -> Bench<'_> {
     Bench { tests, positions, nodes: NODES.iter().map(|(name, at)| ((*name).to_string(), *at)).collect() }
 }
 
-/// A number that is no neutral one.
+/// A number that is not a neutral one.
 fn some(number: Number) -> f64 {
     match number {
         Number::None | Number::Silence => number.neutral(),

@@ -4,8 +4,8 @@ use super::dependence::interior_point;
 use super::{Model, ParametricModel, solve_modes};
 use crate::modal::SolveOptions;
 
-/// Modes of a suspension, and a few more.
-const FEW: usize = 9;
+/// Modes of a suspension and of bodies on mounts, and a few more.
+const FEW: usize = 30;
 
 impl Model {
     /// λ = ω² of the lowest mode that strains members more than springs, among the first few, at the estimates moved into their bounds; else of

@@ -155,12 +155,12 @@ pub fn run_shard(
     Ok(Shard { retune_shard: FORMAT, key: key_of(&asked), asked, shard: part, cases, results })
 }
 
-/// Why a file is no shard that could be used.
+/// Why a file is not a shard that could be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShardError {
     /// Not a shard at all.
-    #[error("it is no file that `retune benchmark --shard` has written{0}")]
+    #[error("it is not a file that `retune benchmark --shard` has written{0}")]
     NotOne(String),
     /// Of another version of the format or the program.
     #[error("it was written by retune {0}, and this is {THIS}; shards are merged by the version that made them")]
@@ -188,9 +188,10 @@ impl Shard {
     /// Reads the text of a file.
     ///
     /// # Errors
-    /// It is no shard, of another version, or damaged.
+    /// It is not a shard, of another version, or damaged.
     pub fn read(text: &str) -> Result<Self, ShardError> {
-        let value: Value = serde_json::from_str(text).map_err(|e| ShardError::NotOne(format!(": {e}")))?;
+        let value: Value =
+            serde_json::from_str(text).map_err(|e| ShardError::NotOne(format!(": it is not JSON ({e})")))?;
         let Some(format) = value.get("retune_shard") else {
             return Err(ShardError::NotOne(String::new()));
         };
@@ -447,7 +448,7 @@ mod tests {
         assert_eq!(merge(Vec::new()), Err(MergeError::Nothing));
     }
 
-    /// A file that is no shard, or of another version, or whose cases, part or key were changed, is told from a shard.
+    /// A file that is not a shard, or of another version, or whose cases, part or key were changed, is told from a shard.
     #[test]
     fn what_is_no_shard_is_refused() {
         let good: Value = serde_json::to_value(shard(&Plan::default(), 1, 2, 9)).unwrap();

@@ -93,7 +93,7 @@ impl Scene {
     /// * `near` - where a fit has brought the parameters: a stand-in is made for all values of those of the file, with sizes near these
     ///
     /// # Errors
-    /// The file is no model then.
+    /// The file is not a model then.
     pub(crate) fn in_full(self, near: Option<&DVector<f64>>) -> Result<Self, DiagnosisError> {
         if self.patches.is_empty() {
             return Ok(self);

@@ -200,7 +200,7 @@ impl Fit {
         Ok((ln_det, &inverse * inverse.transpose()))
     }
 
-    /// Which rows carry noise: measured entries that exist; a target or prior row is no measurement but a prior row has
+    /// Which rows carry noise: measured entries that exist; a target or prior row is not a measurement but a prior row has
     /// the scatter of its prior.
     pub(crate) fn noisy_rows(&self) -> Vec<bool> {
         let rows = self.rows;

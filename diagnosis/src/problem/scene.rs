@@ -41,9 +41,9 @@ use retune::update::{HowToPair, as_given};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 430 a seventh; below,
+/// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 300 a fortieth; below,
 /// the digits of the model are worth more than the time.
-const LARGE: usize = 300;
+const LARGE: usize = 150;
 
 /// Estimated relative error of a frequency of a stand-in, at least: for exact data a basis would grow without end.
 const LEAST_ERROR: f64 = 1e-7;
@@ -293,7 +293,7 @@ impl Scene {
 
     /// The same tests and another file, with the sizes that effects have brought into it.
     ///
-    /// Errors: the file is no model in one of the configurations.
+    /// Errors: the file is not a model in one of the configurations.
     pub(crate) fn with_file(&self, file: ModelSpec, added: Vec<NewParameter>) -> Result<Self, DiagnosisError> {
         self.with_file_near(file, added, &[])
     }

@@ -158,7 +158,7 @@ fn column(
     let cut = fit.rows.measured + fit.rows.targets;
     let mut delta = DVector::zeros(fit.r.len());
     for i in 0..cut {
-        // A target that is met is no datum; how far an effect may push it is decided by the refit.
+        // A target that is met is not a datum; how far an effect may push it is decided by the refit.
         let inactive = i >= fit.rows.measured && fit.r[i] == 0.0;
         delta[i] = if inactive { 0.0 } else { (r[i] - fit.r[i]) / share };
     }

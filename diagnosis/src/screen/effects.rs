@@ -210,7 +210,7 @@ fn columns(scene: &Scene, fit: &Fit, weight: f64, candidate: &Candidate) -> Opti
         let Ok(r) = posed.data_rows(&theta(&values)) else { continue };
         let mut delta = DVector::zeros(n);
         for i in 0..cut {
-            // A target that is met is no datum; how far an effect may push it is decided by the refit.
+            // A target that is met is not a datum; how far an effect may push it is decided by the refit.
             let inactive = i >= rows.measured && fit.r[i] == 0.0;
             // At its neutral value the effect changes nothing: the rows are those of the fit.
             delta[i] = if inactive { 0.0 } else { r[i] - fit.r[i] };

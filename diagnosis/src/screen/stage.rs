@@ -109,8 +109,7 @@ impl Stage {
             return Vec::new();
         }
         // With what it becomes at a limit of its sizes: a body on a stiff spring is a point mass.
-        let limits = about.effect.becomes().iter().filter_map(|name| self.settings.effects.find(name));
-        let only = limits.fold(Effects::none().with(about.effect), Effects::with);
+        let only = self.limits(about).with(about.effect);
         let mut all =
             in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
         let is_like = |c: &Candidate| {
@@ -124,6 +123,20 @@ impl Stage {
         all.retain(|c| is_like(c) && c.location.names.iter().any(|n| further.contains(n)));
         let of_place = about.of_place - (all.len().max(1) as f64).ln();
         all.into_iter().map(|c| Candidate { of_place, ..c }).collect()
+    }
+
+    /// What an effect becomes at a limit of its sizes, at its own place.
+    pub(crate) fn limit_candidates(&self, of: &Candidate) -> Vec<Candidate> {
+        let (names, only) = (&of.location.names, self.limits(of));
+        let all = in_configurations(&self.scene, &self.settings.places, names, |tested| candidates_in(tested, &only));
+        let is_there =
+            |c: &Candidate| (&c.location.names, &c.location.configuration) == (names, &of.location.configuration);
+        all.into_iter().filter(is_there).map(|c| Candidate { of_place: of.of_place, ..c }).collect()
+    }
+
+    fn limits(&self, of: &Candidate) -> Effects {
+        let limits = of.effect.becomes().iter().filter_map(|name| self.settings.effects.find(name));
+        limits.fold(Effects::none(), Effects::with)
     }
 
     /// The structures of its tests, as effects see them.

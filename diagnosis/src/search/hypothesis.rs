@@ -58,6 +58,14 @@ impl Refit {
         }
     }
 
+    /// The parameters that an effect brings, which stand last in its fit; `None` of a fault.
+    pub(crate) fn own_sizes(&self) -> Option<&[NewParameter]> {
+        match &self.tried {
+            Tried::Effect(c) => Some(&c.parameters),
+            Tried::Fault(_) => None,
+        }
+    }
+
     /// The probability that noise alone gives as much as it leaves.
     pub(crate) fn p_value(&self) -> Result<f64, DiagnosisError> {
         Ok(goodness_of_fit(&self.fit, &self.fit.basis()?))

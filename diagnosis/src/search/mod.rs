@@ -15,6 +15,7 @@ pub(crate) mod nested;
 pub(crate) mod one_cause;
 pub(crate) mod pairs;
 pub(crate) mod prior;
+mod profile;
 pub(crate) mod remainder;
 pub(crate) mod run;
 pub(crate) mod several;

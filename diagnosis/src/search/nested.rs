@@ -15,7 +15,9 @@ pub(crate) fn leave_out_wider(stage: &Stage, done: &mut Vec<Refit>) {
     let noise = degrees_of_freedom(&stage.fit, &stage.q).max(1.0) / stage.weight.powi(2);
     let room = |r: &Refit| STRONG * (r.misfit / noise - 1.0).max(0.0);
     let says_the_same = |wide: &Refit, simple: &Refit| {
-        simple.ln_bayes + room(simple) > wide.ln_bayes && is_wider(&wide.tried, &simple.tried)
+        let is_plainer = says_plainly(wide, simple);
+        let room = room(simple) + if is_plainer { STRONG } else { 0.0 };
+        simple.ln_bayes + room > wide.ln_bayes && (is_plainer || is_wider(&wide.tried, &simple.tried))
     };
     let (wide, mut simple): (Vec<Refit>, Vec<Refit>) = {
         let is_wide: Vec<bool> = done.iter().map(|r| done.iter().any(|other| says_the_same(r, other))).collect();
@@ -27,6 +29,14 @@ pub(crate) fn leave_out_wider(stage: &Stage, done: &mut Vec<Refit>) {
         r.limit_of = as_good.map(|w| w.id(&stage.scene)).collect();
     }
     *done = simple;
+}
+
+/// Whether another hypothesis is what one is at its sizes, in plainer words: a member of which half is lost is softer, and not absent.
+fn says_plainly(one: &Refit, other: &Refit) -> bool {
+    let (Tried::Effect(a), Tried::Effect(b)) = (&one.tried, &other.tried) else { return false };
+    let intervals: Vec<[f64; 2]> = one.estimates.iter().map(|e| e.interval).collect();
+    (&a.location.names, &a.location.configuration) == (&b.location.names, &b.location.configuration)
+        && a.effect.plainly(&intervals) == Some(b.effect.name())
 }
 
 /// Whether a hypothesis has another as a special case.

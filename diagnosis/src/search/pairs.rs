@@ -11,6 +11,7 @@
 
 use super::board::merge;
 use super::hypothesis::{Refit, Tried};
+use super::nested::leave_out_wider;
 use super::prior::Odds;
 use super::run::{refit_begun, refit_these, stage_with};
 use super::singles::refit;
@@ -85,6 +86,7 @@ pub(crate) fn pair(
         let again: Vec<_> = others.iter().filter(|other| !is_there(other)).map(|r| (&r.tried, begun(r))).collect();
         merge(stage, &mut found, refit_begun(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
         found.retain(|r| id(r) != id(of));
+        leave_out_wider(stage, &mut found);
         order(&mut found);
         Ok::<_, DiagnosisError>(found)
     };
@@ -127,11 +129,21 @@ fn compare(
     (second, firsts): (&Refit, &[Refit]),
 ) -> (f64, BTreeMap<String, f64>) {
     let mut pairs: BTreeMap<[String; 2], f64> = BTreeMap::new();
-    let all = seconds.iter().map(|r| (first, r)).chain(firsts.iter().map(|r| (second, r)));
-    for (lower, upper) in all {
+    // The two themselves come in either order, and fits are not alike to the last unit of ln B: the lower order is raised to the other, for a pair
+    // is to be compared with those of its own order.
+    let common = |lower: &Refit, upper: &[Refit], other: &Refit| {
+        upper.iter().find(|r| id(r) == id(other)).map(|r| weight(lower) + weight(r))
+    };
+    let [up, down] = match (common(first, seconds, second), common(second, firsts, first)) {
+        (Some(a), Some(b)) => [(b - a).max(0.0), (a - b).max(0.0)],
+        _ => [0.0; 2],
+    };
+    let of_first = seconds.iter().map(|r| (first, r, up));
+    let all = of_first.chain(firsts.iter().map(|r| (second, r, down)));
+    for (lower, upper, raised) in all {
         let mut ids = [id(lower), id(upper)];
         ids.sort();
-        let ln = weight(lower) + weight(upper);
+        let ln = weight(lower) + weight(upper) + raised;
         pairs.entry(ids).and_modify(|known| *known = known.max(ln)).or_insert(ln);
     }
     let sum = ln_sum(&pairs.values().copied().collect::<Vec<_>>());

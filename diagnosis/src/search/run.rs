@@ -2,6 +2,7 @@
 
 use super::fault_number::refit_fault;
 use super::hypothesis::{Refit, Tried, estimates};
+use super::profile::widen;
 use super::starts::{effort, starts};
 use crate::error::DiagnosisError;
 use crate::problem::changed::with_effect;
@@ -65,7 +66,8 @@ fn refit_effect(
     let rounds = in_full(starts.len(), effort(candidate), stage.effort());
     let fit = fit_by(&scene, starts, rounds, stage.weight)?;
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters) + candidate.of_place;
-    let estimates = estimates(&scene, &fit, &candidate.parameters)?;
+    let mut estimates = estimates(&scene, &fit, &candidate.parameters)?;
+    widen(&scene, &fit, &candidate.parameters, stage.weight, &mut estimates)?;
     let held_out = held_out_in_all(&fit, stage.weight)?;
     let misfit = fit.misfit;
     let (missed, ln_missed) = missed_more(&stage.fit, &fit);

@@ -11,7 +11,7 @@ const LADDER: [f64; 4] = [0.1, 0.4, 1.0, 3.0];
 /// Further ones where the bounds reach a hundred times as far: what gives or holds may do so from hardly to altogether.
 const FAR: [f64; 2] = [12.0, 60.0];
 
-/// Where a fit of an effect may start: for every base, sizes of a ladder.
+/// Where a fit of an effect may start, in groups: for every base, sizes of a ladder; where sizes reach far, for every size the bases.
 pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Vec<Vec<DVector<f64>>> {
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
@@ -21,7 +21,16 @@ pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));
+    if candidate.parameters.iter().all(reaches_far) {
+        return sizes.iter().map(|v| bases.iter().map(|x| join(x, v)).collect()).collect();
+    }
     bases.iter().map(|x| sizes.iter().map(|v| join(x, v)).collect()).collect()
+}
+
+/// Whether something may be a hundred times as large as is typical: between sizes that are decades apart modes may cross, so that each has a basin
+/// of its own.
+pub(super) fn reaches_far(p: &NewParameter) -> bool {
+    p.one_sided() && (p.bounds[1] - p.neutral) > 100.0 * (p.typical - p.neutral)
 }
 
 /// A body on a spring has two sizes, and a basin for every mode that it may be tuned to.
@@ -43,7 +52,6 @@ pub(crate) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         out.push(clamp(scaled.collect()));
     }
     let gridded = p.iter().position(|p| !p.grid.is_empty());
-    let reaches_far = |p: &NewParameter| p.one_sided() && (p.bounds[1] - p.neutral) > 100.0 * (p.typical - p.neutral);
     let far = if p.iter().all(reaches_far) { &FAR[..] } else { &[] };
     for factor in LADDER.iter().chain(far).copied() {
         let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();

@@ -183,7 +183,7 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
     }
 }
 
-/// What is no polynomial of the parameters stands on the basis by itself: the frequencies are right wherever its compliances lie.
+/// What is not a polynomial of the parameters stands on the basis by itself: the frequencies are right wherever its compliances lie.
 #[test]
 fn a_stand_in_follows_compliances() {
     let model = of_joints();
@@ -255,7 +255,7 @@ fn adjoint_columns_are_those_of_differences() {
             for column in &a.columns {
                 let other = b.columns.iter().find(|c| c.values == column.values);
                 let Some(other) = other.map(|c| &c.delta) else { continue };
-                // A target is a hinge: its row is no slope.
+                // A target is a hinge: its row is not a slope.
                 let n = fit.rows.measured;
                 let seen = |delta: &DVector<f64>| project(&q, delta).rows(0, n).into_owned();
                 let (own, other) = (seen(&column.delta), seen(other));

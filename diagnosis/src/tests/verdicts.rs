@@ -1,4 +1,4 @@
-//! Stories of answers that must not be believed: noise that is no noise, faults that explain the data away, several things at once; and that
+//! Stories of answers that must not be believed: noise that is not noise, faults that explain the data away, several things at once; and that
 //! probabilities, Bayes factors and verdicts agree.
 
 #![allow(clippy::format_collect, reason = "texts of a few lines, where reading matters more than one allocation")]

@@ -40,7 +40,7 @@ pub(crate) fn of_one(
                     base.noise_factor()
                 )
             } else {
-                "the model explains the test at its stated noise".to_string()
+                explained_at_its_noise(base)
             } + without_damping(base);
             match best.filter(|b| b.probability > 0.5) {
                 Some(b) => format!(
@@ -72,6 +72,13 @@ pub(crate) fn of_one(
     }
 }
 
+fn explained_at_its_noise(base: &Stage) -> String {
+    let modes = &base.scene.test.modes;
+    let is_stated = modes.is_empty() || modes.iter().any(|m| !m.frequency_hz.sd_is_default);
+    let noise = if is_stated { "at its stated noise" } else { "at the noise that is assumed where a test states none" };
+    format!("the model explains the test {noise}")
+}
+
 fn without_damping(base: &Stage) -> &'static str {
     if leaves_damping_aside(base) { ", damping aside, as the model has none" } else { "" }
 }
@@ -86,7 +93,7 @@ pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> Str
         (format!("{mode} has a MAC of {mac}"), format!("gives {least} or more"), s.mac < s.least)
     });
     let reason = match agreement {
-        _ if factor <= 1.0 && shape.is_none() => "the model explains the test at its stated noise".to_string(),
+        _ if factor <= 1.0 && shape.is_none() => explained_at_its_noise(base),
         Some((mac, least, _)) if factor <= 1.0 => {
             format!("{mac}, where noise of the stated size {least}")
         }

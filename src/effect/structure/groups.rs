@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// Nodes of a level, at least.
 const FEWEST_NODES: usize = 3;
-/// Levels of an axis, at most: what has more is no frame of storeys or bays.
+/// Levels of an axis, at most: what has more is not a frame of storeys or bays.
 const MOST_LEVELS: usize = 40;
 /// Share of the nodes that stand in levels, at least.
 const IN_LEVELS: f64 = 0.8;

@@ -47,7 +47,7 @@ impl Mirror {
         images(&g.positions, |p| Some(self.image(p)))
     }
 
-    /// The number of elements that have another as their image; zero where it is no plane of symmetry.
+    /// The number of elements that have another as their image; zero where it is not a plane of symmetry.
     fn paired(self, model: &Model) -> usize {
         let g = model.geometry();
         let partners = self.node_partners(g);

@@ -6,7 +6,7 @@ use crate::linalg::DMatrix;
 use crate::linalg::sparse::{SparsePlan, solve_shifted};
 use crate::model::ParametricModel;
 
-/// Sag of the structure under ten times its weight per unit of its size: one that sags more hangs on nothing, or is no structure.
+/// Sag of the structure under ten times its weight per unit of its size: one that sags more hangs on nothing, or is not a structure.
 const MOST_SAG: f64 = 1.0;
 
 /// Elements with their axial forces.

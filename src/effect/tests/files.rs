@@ -173,7 +173,7 @@ fn values_change_and_comments_stay() {
     assert!(set_parameter_values(text, &[("z", 1.0)]).is_err());
 }
 
-/// Paths of a mesh and of matrices are written as they are seen from another folder; names that are no files stay.
+/// Paths of a mesh and of matrices are written as they are seen from another folder; names that are not files stay.
 #[test]
 fn paths_follow_a_file_that_moves() {
     let text = "retune: 1 # one\nname: x\nmesh:\n  file: plate.msh # of May\n  units: mm\n  parts: {k: {section: s}}\nsuperelements:\n  wing: {k: 'wing K.mtx', m: {file: all.op4, matrix: MAAX}, dofs: gone.csv, attach: {k: k}}\n";

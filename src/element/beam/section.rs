@@ -53,10 +53,10 @@ pub(super) const PROPERTIES: &[Property] = &[
     ),
     non_negative("rotary_inertia_y", "kg m", "rotary inertia of the section about y, per length (default 0)"),
     non_negative("rotary_inertia_z", "kg m", "rotary inertia of the section about z, per length (default 0)"),
-    non_negative(
+    any(
         "added_mass_per_length",
         "kg/m",
-        "mass per length beside that of the section, on the mass axis (default 0)",
+        "mass per length beside that of the section, on the mass axis, below zero where there is less (default 0)",
     ),
     non_negative(
         "air_mass_y",
@@ -220,8 +220,12 @@ impl Section {
         check_coupling(bend_twist, [eiz, eiy], gj)?;
 
         let density = value!(input, density);
-        let mass = mass_per_length(value!(input, mass_per_length), density, value!(input, A))?
-            + value!(input, added_mass_per_length).unwrap_or(0.0);
+        let added = value!(input, added_mass_per_length).unwrap_or(0.0);
+        let mass = mass_per_length(value!(input, mass_per_length), density, value!(input, A))? + added;
+        if mass < 0.0 {
+            let expected = "no more below zero than the section has mass";
+            return Err(ElementError::OutOfDomain { name: "added_mass_per_length", value: added, expected });
+        }
         let air = [value!(input, air_mass_y), value!(input, air_mass_z)].map(|v| v.unwrap_or(0.0));
         let section_inertia = value!(input, Iy).unwrap_or(0.0) + value!(input, Iz).unwrap_or(0.0);
         let polar = value!(input, polar_inertia_per_length).unwrap_or(density.unwrap_or(0.0) * section_inertia);

@@ -66,7 +66,12 @@ pub(super) const PROPERTIES: &[Property] = &[
         Domain::NonNegative,
         "second moment of the mass of plies about the mid-surface, by area; 0 when absent",
     ),
-    Property::new("mass_per_area", "kg/m2", Domain::NonNegative, "non-structural mass, in the mid-surface"),
+    Property::new(
+        "mass_per_area",
+        "kg/m2",
+        Domain::Any,
+        "non-structural mass, in the mid-surface; below zero where there is less mass than the density gives",
+    ),
     Property::new("offset", "m", Domain::Any, "from the nodes to the mid-surface, along the normal"),
     Property::new(
         "bending_factor",
@@ -339,6 +344,11 @@ pub(super) fn thickness(input: &ElementInput<'_>) -> Result<f64, ElementError> {
 /// Mass by area: itself, kg/m², its first moment along the normal, kg/m, and its second, kg; about the mid-surface.
 pub(super) fn mass_of(input: &ElementInput<'_>) -> Result<[f64; 3], ElementError> {
     let beside = value!(input, mass_per_area).unwrap_or(0.0);
+    let with = |own: f64| {
+        let expected = "no more below zero than the shell has mass";
+        let less = ElementError::OutOfDomain { name: "mass_per_area", value: beside, expected };
+        if own + beside < 0.0 { Err(less) } else { Ok(own + beside) }
+    };
     if is_of_plies(input).is_some() {
         let [own, moment, inertia] =
             ["areal_mass", "areal_moment", "areal_inertia"].map(|name| by_name(input, name).unwrap_or(0.0));
@@ -346,11 +356,11 @@ pub(super) fn mass_of(input: &ElementInput<'_>) -> Result<[f64; 3], ElementError
             let expected = "within what the mass can have: areal_moment² at most areal_mass areal_inertia";
             return Err(ElementError::OutOfDomain { name: "areal_moment", value: moment, expected });
         }
-        return Ok([own + beside, moment, inertia]);
+        return Ok([with(own)?, moment, inertia]);
     }
     let thickness = thickness(input)?;
     let density = value!(input, density).unwrap_or(0.0);
-    Ok([density * thickness + beside, 0.0, density * thickness.powi(3) / 12.0])
+    Ok([with(density * thickness)?, 0.0, density * thickness.powi(3) / 12.0])
 }
 
 /// Share of the mass that is lumped at the nodes.

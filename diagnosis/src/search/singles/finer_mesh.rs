@@ -44,6 +44,10 @@ fn of_each_kind(board: &Board<'_>) -> Vec<(Candidate, DVector<f64>)> {
     let mut best: Vec<(Candidate, DVector<f64>)> = Vec::new();
     for r in ranked {
         let Tried::Effect(c) = &r.tried else { continue };
+        // What is sought elsewhere acts along one axis: all axes of the place that it leads to are tried after it.
+        if c.location.has_all_axes() {
+            continue;
+        }
         let is_known = best.iter().any(|(k, _)| k.effect.name() == c.effect.name());
         if best.len() < board.stage.effort().polished && !is_known {
             best.push((c.clone(), board.base_of(r)));

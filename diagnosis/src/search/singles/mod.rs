@@ -9,6 +9,7 @@ mod every_part;
 mod extended;
 mod finer_mesh;
 mod like_the_best;
+mod limits;
 mod looked;
 mod other_basins;
 mod screened;
@@ -39,6 +40,7 @@ const SEARCH: &[Step] = &[
     beyond_the_place::STEP,
     finer_mesh::STEP,
     about_all_axes::STEP,
+    limits::STEP,
     other_basins::STEP,
     ties::STEP,
 ];
