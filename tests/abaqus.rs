@@ -501,7 +501,7 @@ fn what_is_wrong_is_said_with_its_place() {
         (
             "1, ENCASTRE",
             "1, ENCASTR",
-            "deck.inp:17: *BOUNDARY, field 2 (type): `ENCASTR` is no type of boundary; did you mean `ENCASTRE`?",
+            "deck.inp:17: *BOUNDARY, field 2 (type): `ENCASTR` is not a type of boundary; did you mean `ENCASTRE`?",
         ),
         (
             "*BOUNDARY",

@@ -363,7 +363,7 @@ fn no_file_is_longer_than_six_hundred_lines_without_tests() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
-/// Files of a catalogue's folder that are no members.
+/// Files of a catalogue's folder that are not members.
 const NOT_MEMBERS: &[(&str, &[&str])] = &[
     ("src/element", &["mod", "conformance", "direction", "input", "joint", "meshed", "strain_field", "tests"]),
     ("src/objective/residual", &["mod", "tests"]),

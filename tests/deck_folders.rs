@@ -1,6 +1,6 @@
 //! Folders of other people's decks of Nastran: each is read, or says by card and line why not.
 //!
-//! `RETUNE_DECKS` names a folder, such as `models` of pyNastran's repository (BSD); its decks are no part of this package. Without it the
+//! `RETUNE_DECKS` names a folder, such as `models` of pyNastran's repository (BSD); its decks are not part of this package. Without it the
 //! tests skip with a message. `cargo test --test all deck_folders -- --nocapture` prints a line for every deck.
 
 use retune::deck::Deck;
@@ -53,7 +53,7 @@ fn outcome(path: &Path) -> Result<f64, String> {
     let imported = import(&deck, options).map_err(|e| e[0].to_string())?;
     let (model, ..) = imported
         .load(&Registry::builtin())
-        .unwrap_or_else(|p| panic!("{}: what was imported is no model: {}", path.display(), p[0]));
+        .unwrap_or_else(|p| panic!("{}: what was imported is not a model: {}", path.display(), p[0]));
     let theta = model.parameters().nominal();
     Ok(model.mass_properties(&theta).unwrap().map_or(0.0, |m| m.mass))
 }
@@ -72,7 +72,7 @@ fn pynastran(paths: &[&Path]) -> Option<BTreeMap<String, Option<f64>>> {
     Some(serde_json::from_slice(&out.stdout).unwrap())
 }
 
-/// No deck of a folder panics, hangs or becomes a file that is no model; what is refused names a file and, but for empty ones, a line; masses are
+/// No deck of a folder panics, hangs or becomes a file that is not a model; what is refused names a file and, but for empty ones, a line; masses are
 /// those of pyNastran.
 #[test]
 fn every_deck_of_a_folder_is_read_or_says_why_not() {

@@ -528,7 +528,7 @@ fn refusals_name_card_and_field() {
             "GRID,1\nGRID,2,,1.\nCBAR,5,7,1,3,0.,0.,1.\nPBAR,7,1,1.\n",
             "deck.bdf:3: CBAR 5, field 5 (GB): there is no GRID 3",
         ),
-        ("GRID,1\nGRID,1,,2.\n", "deck.bdf:2: GRID 1, field 2 (ID): the number 1 stands already at deck.bdf:1, GRID"),
+        ("GRID,1\nGRID,1,,2.\n", "deck.bdf:2: GRID 1, field 2 (ID): the number 1 is already used at deck.bdf:1, GRID"),
         ("GRID,1\nCBEND,5\n", "deck.bdf:2: CBEND 5: curved beams are not read; give chains of CBEAM"),
         ("GRID,1\nCBAAR,5\n", "deck.bdf:2: CBAAR 5: no card of this name is known; did you mean `CBAR`?"),
         ("GRID,1,9\n", "deck.bdf:1: GRID 1, field 3 (CP): there is no coordinate system 9"),

@@ -124,7 +124,7 @@ fn fields_follow_equations_that_are_sums() {
     for (equation, message) in [
         (
             "DEQATN  10      F(A,B,C)=A*B*C\n",
-            "DVPREL2 1, field 8 (EQID): DEQATN 10 is no sum of its variables: it multiplies its arguments",
+            "DVPREL2 1, field 8 (EQID): DEQATN 10 is not a sum of its variables: it multiplies its arguments",
         ),
         ("DEQATN  10      F(A,B)=A+B\n", "DEQATN 10 has 2 arguments, and the card gives 3"),
         ("DEQATN  11      F(A,B,C)=A\n", "there is no DEQATN 10"),
@@ -224,7 +224,7 @@ fn components_of_eigenvectors_are_targets_of_an_update() {
     }
 }
 
-/// What is no target says so by name: an eigenvector scaled to its largest component, a motion without frequency, a component that is one.
+/// What is not a target says so by name: an eigenvector scaled to its largest component, a motion without frequency, a component that is one.
 #[test]
 fn components_that_cannot_be_targets_are_named() {
     let disp = "DRESP1,1,U1,DISP,,,1,1,1\nDCONSTR,4,1,1.,2.\n";
@@ -236,9 +236,9 @@ fn components_that_cannot_be_targets_are_named() {
     for (method, expected) in [
         (
             "EIGRL,7,,,2,,,,MAX",
-            "component 1 of grid 1 in the eigenvector of mode 1 is no target: eigenvectors are scaled to their largest component (EIGRL 7, NORM MAX)",
+            "component 1 of grid 1 in the eigenvector of mode 1 is not a target: eigenvectors are scaled to their largest component (EIGRL 7, NORM MAX)",
         ),
-        ("EIGR,7,LAN,,,,2\n,POINT,1,1", "is no target: it is one by itself"),
+        ("EIGR,7,LAN,,,,2\n,POINT,1,1", "is not a target: it is one by itself"),
     ] {
         let found = note(&two_masses(disp, method));
         assert!(found.contains(expected), "{found}");

@@ -257,7 +257,7 @@ fn the_users_word_pairs() {
     assert!(unpaired.contains(&3) && unpaired.contains(&4), "{unpaired:?}");
     test.modes[2].standing = Standing::With(Partner::Number(400));
     let error = update(&model, &test, &probable(), Controls::default()).unwrap_err().to_string();
-    assert!(error.contains("400 is no mode of the model"), "{error}");
+    assert!(error.contains("400 is not a mode of the model"), "{error}");
 }
 
 /// Gates tell what they keep out, and how to open them.

@@ -109,7 +109,7 @@ fn a_few_runs_give_the_matrices_of_every_value() {
     assert!(load(folder, MODEL).is_err());
 }
 
-/// Matrices that go with a product of parameters are no sum of terms: the run that checks says by how much.
+/// Matrices that go with a product of parameters are not a sum of terms: the run that checks says by how much.
 #[test]
 fn terms_that_do_not_add_up_are_told() {
     let folder = folder("product", &PROGRAM.replace("ONE", "E * t * 1000"));
@@ -135,10 +135,10 @@ fn what_is_wrong_is_said_in_its_place() {
     let cases = [
         (
             said(&program.replace("{{t:mm}}", "{{tt:mm}}"), MODEL),
-            "line 2: `{{tt}}` is no parameter of the model; did you mean `t`?",
+            "line 2: `{{tt}}` is not a parameter of the model; did you mean `t`?",
         ),
         (said(&program.replace("{{t:mm}}", "{{t}}"), MODEL), "say in which unit the program reads `t`: `{{t:MPa}}`"),
-        (said(&program.replace("{{t:mm}}", "{{t:kg}}"), MODEL), "`kg` is no unit of `t`"),
+        (said(&program.replace("{{t:mm}}", "{{t:kg}}"), MODEL), "`kg` is not a unit of `t`"),
         (said(&program, &MODEL.replace("job.sh.tpl", "jab.tpl")), "`jab.tpl` cannot be read"),
         (said(&program, &MODEL.replace(", bounds: [1 mm, 3 mm]", "")), "`t` has no bounds"),
         (

@@ -46,7 +46,7 @@ pub trait Choice: Copy + Sized + Send + Sync + 'static {
         }
         let words = || Self::ALL.iter().map(|(_, word, _)| *word);
         let list = words().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ");
-        Err(format!("`{word}` is no {}; there are {list}{}", Self::NOUN, did_you_mean(word, words())))
+        Err(format!("`{word}` is not a known {}; there are {list}{}", Self::NOUN, did_you_mean(word, words())))
     }
 }
 
@@ -68,7 +68,7 @@ macro_rules! choice {
 }
 pub use choice;
 
-/// Words longer than this are no typing errors.
+/// Words longer than these are not typing errors.
 const LONGEST: usize = 100;
 /// Letters from which on a word may be the beginning of another.
 const ABBREVIATION: usize = 4;
@@ -160,7 +160,7 @@ mod tests {
             assert_eq!((Wood::parse(word), wood.word()), (Ok(*wood), *word));
         }
         let message = Wood::parse("beach").unwrap_err();
-        assert_eq!(message, "`beach` is no wood; there are `oak`, `beech`; did you mean `beech`?");
+        assert_eq!(message, "`beach` is not a known wood; there are `oak`, `beech`; did you mean `beech`?");
     }
 
     #[test]

@@ -8,7 +8,7 @@
 mod merge;
 
 use crate::catalogue::did_you_mean;
-use saphyr_parser::{Event, Parser, ScalarStyle, Span};
+use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span};
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -238,7 +238,7 @@ fn wide(bytes: &[u8]) -> Option<&'static str> {
 
 /// Reads a YAML text as a value of type `T`, with the places of everything in it.
 ///
-/// Errors: the YAML is not well formed, a key stands twice, the shape does not fit `T`.
+/// Errors: the YAML is not well formed, a key is defined twice, the shape does not fit `T`.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<(T, SourceMap), Vec<Problem>> {
     let mut map = source_map(text).map_err(|p| vec![p])?;
     if !map.has_merges {
@@ -371,7 +371,7 @@ fn in_words(message: &str) -> String {
     format!("found {found}, expected {expected}{hint}")
 }
 
-/// Nesting beyond this is no file that a person wrote; paths would grow with its square.
+/// Nesting beyond this is not a file that a person wrote; paths would grow with its square.
 const DEEPEST: usize = 64;
 
 /// An alias inside what it names, if this is one.
@@ -411,9 +411,24 @@ fn location(span: &Span) -> Location {
     Location { line: span.start.line(), column: span.start.col() + 1 }
 }
 
+/// For a key without its colon, which the parser sees only at the line that follows.
+fn key_without_colon(text: &str, e: &ScanError) -> Option<Problem> {
+    if !e.info().starts_with("simple key expect") {
+        return None;
+    }
+    let is_content = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    let before = text.lines().enumerate().take(e.marker().line().saturating_sub(1));
+    let (number, line) = before.filter(|(_, line)| is_content(line)).last()?;
+    let word = line.split_whitespace().next()?;
+    let what = "expected `key: value`; a `:` and a blank end the key";
+    let mut p = Problem::error("", format_args!("this is not YAML: no `: ` follows `{word}`, {what}"));
+    p.location = Some(Location { line: number + 1, column: line.len() - line.trim_start().len() + 1 });
+    Some(p)
+}
+
 /// Where everything in a text stands, whatever type it is.
 ///
-/// Errors: the YAML is not well formed, a key stands twice.
+/// Errors: the YAML is not well formed, a key is defined twice.
 pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
     let mut map = SourceMap::default();
     let mut stack: Vec<Frame> = Vec::new();
@@ -428,6 +443,9 @@ pub fn source_map(text: &str) -> Result<SourceMap, Problem> {
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|e| {
             let mark = e.marker();
+            if let Some(p) = key_without_colon(text, &e) {
+                return p;
+            }
             // The innermost `[` or `{` that is still open is a likely culprit.
             let unclosed = open.iter().rev().find(|o| matches!(text.as_bytes().get(o.1.start), Some(b'[' | b'{')));
             let hint = unclosed.map_or_else(String::new, |(_, Entry { start, .. })| {
@@ -572,6 +590,10 @@ mod tests {
             ),
             ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing key `chain`"),
             ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` is given twice here"),
+            (
+                "beams:\n  a: {length: 2}\n  b {length: 3}\n  c: {length: 4}\n",
+                "f:3:3: error: this is not YAML: no `: ` follows `b`, expected `key: value`; a `:` and a blank end the key",
+            ),
             (
                 "beams: [a\n",
                 "f:2:1: error: this is not YAML: while parsing a flow sequence, expected ',' or ']'; the `[` at 1:8 is not closed",

@@ -86,7 +86,7 @@ pub(crate) fn model(path: &Path, configuration: Option<&str>) -> Result<(Model, 
             Ok((model, warnings, text))
         }
         Err(problems) => {
-            let hint = is_test(path).then(|| ORDER.to_string());
+            let hint = is_test(path).then(|| order(path, Kind::Model)).flatten();
             Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
         }
     }
@@ -108,8 +108,18 @@ fn refuse_others(path: &Path) -> Result<(), Failure> {
     Err(Failure::text(format!("{name} is not a model file: {instead}")))
 }
 
-/// For files in the wrong order.
-const ORDER: &str = "the model comes before the tests: `retune VERB MODEL TEST`";
+/// A word where files are in the wrong order: the command line has a file of the kind that is expected, and beside it stands the other.
+fn order(path: &Path, expected: Kind) -> Option<String> {
+    let other = of_command_line(expected).filter(|other| other != path)?;
+    let (model, test) = if expected == Kind::Model { (&*other, path) } else { (path, &*other) };
+    Some(format!("the model comes before the tests: `... {} {}`", shown(model), shown(test)))
+}
+
+/// The first file of a kind among the words of the command line.
+fn of_command_line(wanted: Kind) -> Option<PathBuf> {
+    std::env::args_os().skip(1).map(PathBuf::from).find(|word| word.is_file() && kind(word) == Some(wanted))
+}
+
 /// Extensions of files of measurements.
 const MEASURED: [&str; 8] = ["csv", "unv", "uff", "bunv", "mat", "npy", "lvm", "txt"];
 
@@ -186,7 +196,7 @@ pub(crate) fn test(path: &Path) -> Result<(TestData, Vec<Problem>, String), Fail
             Ok((test, warnings, text))
         }
         Err(problems) => {
-            let hint = (kind(path) == Some(Kind::Model)).then(|| ORDER.to_string());
+            let hint = (kind(path) == Some(Kind::Model)).then(|| order(path, Kind::Test)).flatten();
             Err(Failure::problems(path, &text, &problems).with_hint_of(hint))
         }
     }
@@ -270,12 +280,13 @@ pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &
     let problems = SourceMap::of(text).place(check_on_model(model, test));
     if problems.iter().any(|p| p.severity == Severity::Error) {
         let failure = Failure::problems(path, text, &problems);
-        // A file that `identify` has written without a model names its points, and they are no nodes.
+        // A file that `identify` has written without a model names its points, and they are not nodes.
         let is_unplaced = |p: &Problem| p.path.starts_with("sensors.") && p.message.contains("has no node");
         let has_positions = test.sensors.iter().any(|s| s.place.position().is_some());
         return Err(if has_positions && problems.iter().any(is_unplaced) {
-            let test = shown(path);
-            failure.with_hint(format!("the sensors state their positions: `retune map MODEL {test} -o placed.yaml` finds their nodes and elements in the model"))
+            let (test, model) = (shown(path), of_command_line(Kind::Model));
+            let model = model.map_or_else(|| "MODEL".to_string(), |model| shown(&model));
+            failure.with_hint(format!("the sensors state their positions: `retune map {model} {test} -o placed.yaml` finds their nodes and elements in the model"))
         } else {
             failure
         });

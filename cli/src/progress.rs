@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// A line of a log comes so often.
 const EVERY: Duration = Duration::from_secs(15);
 
-/// A line that follows a run; silent when standard error is no terminal.
+/// A line that follows a run; silent when standard error is not a terminal.
 pub(crate) struct Line {
     bar: ProgressBar,
     pace: Pace,
@@ -23,7 +23,7 @@ impl Line {
     }
 }
 
-/// A line that says what is being done, gone when dropped; where standard error is no terminal, now and then a line of a log.
+/// A line that says what is being done, gone when dropped; where standard error is not a terminal, now and then a line of a log.
 pub(crate) struct Spinner(ProgressBar);
 
 impl Spinner {
@@ -97,7 +97,7 @@ impl Observer for Line {
     }
 }
 
-/// A bar over a known number of things; silent when standard error is no terminal.
+/// A bar over a known number of things; silent when standard error is not a terminal.
 pub(crate) fn bar(what: &'static str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr_with_hz(10));
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {eta} left") {

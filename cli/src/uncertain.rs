@@ -104,7 +104,17 @@ pub(crate) fn folded(text: &str, style: &Style) -> String {
 fn remarks(u: &Update) -> String {
     let c = &u.uncertainty;
     let n = c.parameters.len();
-    let mut out = format!("\nthe data determine {} of {n} combinations of parameters\n", c.rank);
+    let undetermined: Vec<&str> =
+        c.parameters.iter().filter(|p| p.is_undetermined()).map(|p| p.name.as_str()).collect();
+    let mut out = if undetermined.is_empty() {
+        format!("\nthe data determine {} of {n} combinations of parameters\n", c.rank)
+    } else {
+        format!(
+            "\nthe data respond to {} of {n} combinations of parameters, but near these values they set no limit inside the bounds of: {}\n",
+            c.rank,
+            undetermined.join(", ")
+        )
+    };
     for g in &c.inseparable {
         let names = g.parameters.join(", ");
         let _ = match g.n_numbers {
@@ -115,15 +125,6 @@ fn remarks(u: &Update) -> String {
         if !g.shared.is_empty() {
             let _ = writeln!(out, "  what the data determine of them includes: {}", g.shared.join(", "));
         }
-    }
-    let undetermined: Vec<&str> =
-        c.parameters.iter().filter(|p| p.is_undetermined()).map(|p| p.name.as_str()).collect();
-    if !undetermined.is_empty() {
-        let _ = writeln!(
-            out,
-            "not determined, near these values the data set no limit inside the bounds: {}",
-            undetermined.join(", ")
-        );
     }
     for (i, p) in c.parameters.iter().enumerate() {
         let strong = (i + 1..n).filter(|&j| c.correlations[(i, j)].abs() >= STRONG);

@@ -51,7 +51,7 @@ pub(crate) fn is_there(path: &Path) -> bool {
 pub(crate) fn reserve(path: &Path) -> Result<(), Failure> {
     match target(path).map_err(|e| unwritable(path, &e))? {
         Target::File { path: resolved, meta } => enter(path, &resolved, meta.as_ref(), Right::Overwrite),
-        _ => Err(unwritable(path, "it is no regular file")),
+        _ => Err(unwritable(path, "it is not a regular file")),
     }
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn reserve(path: &Path) -> Result<(), Failure> {
 pub(crate) fn edit(path: &Path, text: &str) -> Result<(), Failure> {
     match target(path).map_err(|e| unwritable(path, &e))? {
         Target::File { path: resolved, meta } => enter(path, &resolved, meta.as_ref(), Right::Edit)?,
-        _ => return Err(unwritable(path, "it is no regular file that could be edited; give `-o FILE`")),
+        _ => return Err(unwritable(path, "it is not a regular file that could be edited; give `-o FILE`")),
     }
     try_to_write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
@@ -71,7 +71,7 @@ pub(crate) fn write(path: &Path, text: &str) -> bool {
     write_bytes(path, text.as_bytes())
 }
 
-/// [`write()`] of what is no text.
+/// [`write()`] of what is not text.
 #[must_use]
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> bool {
     let written = try_to_write(path, bytes).map_err(|e| unwritable(path, &e));
@@ -110,7 +110,7 @@ fn target(path: &Path) -> Result<Target, String> {
             }
             Ok(meta) if meta.is_dir() => return Err("it is a folder, and a file is expected".to_string()),
             Ok(meta) if takes_bytes(&meta) => return Ok(Target::Stream),
-            Ok(_) => return Err("it is no regular file, no pipe and no character device".to_string()),
+            Ok(_) => return Err("it is not a regular file, no pipe and no character device".to_string()),
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(e.to_string()),
             Err(_) => {}
         }

@@ -70,6 +70,6 @@ fn shards_of_a_batch_are_the_whole() {
     refused(&format!("{asked} --folder two -- --report=x.html"), "--report=x.html: the results of a batch");
     refused(&format!("{asked} --folder two --shard 3/2"), "3/2");
     refused(&format!("{asked} --folder model.yaml"), "cannot make the folder model.yaml");
-    refused(&format!("merge {} model.yaml", two[0]), "model.yaml: it is no result of `retune batch`");
+    refused(&format!("merge {} model.yaml", two[0]), "model.yaml: it is not a result of `retune batch`");
     refused(&format!("merge {} --cases", two[0]), "which has no cases");
 }

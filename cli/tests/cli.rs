@@ -411,7 +411,12 @@ fn functions_of_a_test_enter_the_fit() {
     assert!(told.code == 0 && told.out.contains("adequate") && !told.out.contains("pairs of"), "{told:?}");
 
     for (from, to, code, text) in [
-        ("tip.+z", "top.+z", 2, "`top`, which is no sensor of the test and no node of the model; did you mean `tip`?"),
+        (
+            "tip.+z",
+            "top.+z",
+            2,
+            "`top`, which is not a sensor of the test and no node of the model; did you mean `tip`?",
+        ),
         ("tip.+z", "tip.+y", 0, "channel `tip` along +y reads no motion of the model; it is left out"),
         ("tip.+z", "tip.+x", 0, "channel `tip` along +x reads no motion"),
         ("f.csv", "g.csv", 2, "cannot read `g.csv`"),
@@ -431,9 +436,9 @@ fn functions_of_a_test_enter_the_fit() {
     let unit = units.split(',').nth(1).unwrap();
     for (table, frfs, code, text) in [
         (vec![*names, first], "", 2, "does not state the unit of its functions (option `unit`"),
-        (vec![*names, first], "unit: kg, ", 2, "`kg` is no unit of response over force"),
+        (vec![*names, first], "unit: kg, ", 2, "`kg` is not a unit of response over force"),
         (vec![*names, first], &format!("unit: {unit}, "), 0, "functions: "),
-        (vec![*names, first], "units: feet, ", 2, "`feet` is no system of units; there are SI"),
+        (vec![*names, first], "units: feet, ", 2, "`feet` is not a system of units; there are SI"),
         (vec![*names, *units, &gap.join(","), others[0]], "", 0, "values left out: empty or no numbers"),
         (vec![*names, *units], "", 2, "these functions have no line"),
         (
@@ -680,7 +685,7 @@ fn both_sets_of_parameters_are_told() {
         );
     folder.write("open.yaml", &open);
     let said = folder.run("update open.yaml two.yaml --optimizer levenberg-marquardt");
-    assert!(said.out.contains("near these values the data set no limit inside the bounds: k1, k2"), "{said:?}");
+    assert!(said.out.contains("but near these values they set no limit inside the bounds of: k1, k2"), "{said:?}");
     let json = folder.json("update springs.yaml two.yaml --json");
     let other = &json["alternatives"][0];
     let values = [&json["parameters"][0]["after"], &other["parameters"][0]["after"]].map(|v| v.as_f64().unwrap());

@@ -151,7 +151,7 @@ fn results_are_kept_as_json() {
             serde_json::from_str(&fs::read_to_string(folder.join(&file)).unwrap()).unwrap();
         let mut printed: serde_json::Value = serde_json::from_str(&printed).unwrap();
         for value in [&mut kept, &mut printed] {
-            // How long it took is no part of the result.
+            // How long it took is not part of the result.
             if let Some(object) = value.as_object_mut() {
                 object.retain(|key, _| !key.contains("second"));
             }

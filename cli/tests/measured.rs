@@ -516,7 +516,7 @@ fn the_measured_wing_by_commands() {
     assert_eq!(found.len(), published.len(), "{found:?}");
     for (f, p) in found.iter().zip(&published) {
         let line = (p / 0.312_52_f64).round() * 0.312_52;
-        assert!((line - p).abs() < 0.05 + 1e-9, "{p} Hz is no line");
+        assert!((line - p).abs() < 0.05 + 1e-9, "{p} Hz is not a line");
         assert!((f - line).abs() < 0.3126, "{f} for {p} Hz");
     }
     assert!(codes(&json).contains(&"driving-point-sign".to_string()));

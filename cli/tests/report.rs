@@ -154,7 +154,7 @@ fn a_history_of_learning_becomes_a_page_from_the_verb_the_json_and_the_versions(
 
     let o = f.run("report bff.yaml bff_gvt.yaml --learn bff.yaml --data x.json", 80);
     assert_eq!(o.status.code(), Some(2));
-    assert!(err(&o).contains("is no output of `retune learn --json`"), "{}", err(&o));
+    assert!(err(&o).contains("is not an output of `retune learn --json`"), "{}", err(&o));
 }
 
 /// Also of a step that comes late: nothing is written then.

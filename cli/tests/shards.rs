@@ -49,7 +49,7 @@ fn shards_of_a_benchmark_are_the_whole() {
     let err = refused("merge one.json two.json one.json");
     assert!(err.contains("one.json and one.json are both shard 1/2"), "{err}");
     let err = refused("merge one.json whole.json");
-    assert!(err.contains("whole.json: it is no file that `retune benchmark --shard` has written"), "{err}");
+    assert!(err.contains("whole.json: it is not a file that `retune benchmark --shard` has written"), "{err}");
     let err = refused("merge one.json absent.json");
     assert!(err.contains("cannot read absent.json"), "{err}");
     let changed = fs::read_to_string(folder.join("two.json")).unwrap().replacen("\"seed\":1", "\"seed\":2", 1);
@@ -58,7 +58,7 @@ fn shards_of_a_benchmark_are_the_whole() {
     assert!(err.contains("changed.json: it is damaged"), "{err}");
     fs::write(folder.join("half.json"), &merged[..merged.len() / 2]).unwrap();
     let err = refused("merge half.json");
-    assert!(err.contains("half.json: it is no file"), "{err}");
+    assert!(err.contains("half.json: it is not a file"), "{err}");
     let err = refused("merge one.json two.json -o two.json --force");
     assert!(err.contains("two.json"), "{err}");
 }

@@ -47,7 +47,7 @@ pub enum ExportError {
     /// The deck does not give the model that it was imported as.
     #[error("the deck gives no model any more: {0}")]
     Deck(DeckError),
-    /// The imported text is no model.
+    /// The imported text is not a model.
     #[error("the deck gives a model with mistakes: {0}")]
     Model(String),
     /// What has no card, each with the reason.
@@ -66,7 +66,7 @@ pub fn export(deck: &Deck, updated: &Model) -> Result<Exported, ExportError> {
     let spec = updated.spec();
     let imported = spec.imported.as_ref().ok_or(ExportError::NotImported)?;
     let system = system_by_name(&imported.units).ok_or_else(|| {
-        ExportError::Refused(vec![format!("imported.units: `{}` is no system of units", imported.units)])
+        ExportError::Refused(vec![format!("imported.units: `{}` is not a system of units", imported.units)])
     })?;
     let options = ImportOptions::again(imported, system, Solver::default());
     let (base, before) = model_of(deck, options)?;

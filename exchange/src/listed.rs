@@ -283,7 +283,7 @@ impl Meshed {
             .elements
             .iter()
             .map(|(element, _)| match element {
-                // A number that stands twice is one of the list.
+                // A number that is defined twice is one of the list.
                 Element::Cell(cell)
                     if is_of_mesh(cell) && seen.insert((&listed.kinds[cell.kind].prefixes[1], cell.id)) =>
                 {

@@ -71,7 +71,7 @@ impl Writer {
         self.pending[block as usize].push(text.to_string());
     }
 
-    /// `name: value` of a block that is no list of nodes, elements or groups, with a remark behind it.
+    /// `name: value` of a block that is not a list of nodes, elements or groups, with a remark behind it.
     pub(crate) fn entry(&mut self, block: Block, name: &str, value: &str, remark: &str) {
         let i = block as usize;
         debug_assert!(!matches!(block, Block::Mesh | Block::Nodes | Block::Elements | Block::Groups));
@@ -91,7 +91,7 @@ impl Writer {
 
     /// A node.
     ///
-    /// * `at` - where it is, in the unit of the deck; none of what is no point of the structure
+    /// * `at` - where it is, in the unit of the deck; none of what is not a point of the structure
     pub(crate) fn node(&mut self, name: &str, value: &str, at: Option<[f64; 3]>, remark: &str) {
         let remarks = self.remarks(Block::Nodes, remark);
         self.listed.node(name, value, at, remarks);

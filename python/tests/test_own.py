@@ -148,7 +148,7 @@ def test_the_contract_of_an_element_is_checked() -> None:
 
     broken = Leaky().check()
     assert any(text.startswith("mass") for text in broken), broken
-    with pytest.raises(retune.RetuneError, match="`uy2` is no dof"):
+    with pytest.raises(retune.RetuneError, match="`uy2` is not a dof"):
         type("Odd", (PlaneBeam,), {"nodes": (("uy2",), ("uz",))})().check()
 
 
@@ -367,7 +367,7 @@ def test_what_is_wrong_with_a_residual_is_said(cantilever: retune.Model, twin: r
         retune.update(cantilever, twin, residuals=[Short()])
     with pytest.raises(retune.RetuneError, match="own-frequency: KeyError: 'tip'"):
         retune.Objective(cantilever, twin, residuals=[Broken()]).residuals([0.5])
-    with pytest.raises(retune.RetuneError, match="`own-frequenzy` is no residual term; did you mean `own-frequency`"):
+    with pytest.raises(retune.RetuneError, match="`own-frequenzy` is not a residual term; did you mean `own-frequency`"):
         retune.update(cantilever, twin, objective={"terms": {"own-frequenzy": 1}}, residuals=[Frequencies()])
     with pytest.raises(retune.RetuneError, match="terms of the cost least-squares"):
         retune.update(cantilever, twin, cost="paper", residuals=[Frequencies()])

@@ -179,7 +179,7 @@ def test_report(files: tuple[Path, Path], tmp_path: Path) -> None:
     run("report", model, test, "--data", data, "-o", tmp_path / "report.html", code=0)
     theirs = json.loads(data.read_text())
     ours = retune.report(model, test).to_dict()
-    # A call is no command line.
+    # A call is not a command line.
     assert ours["meta"].pop("commands") == ["retune.report"]
     assert len(theirs["meta"].pop("commands")) == 1
     assert ours == theirs

@@ -241,7 +241,7 @@ pub fn add_diagnosis(data: &mut ReportData, found: &retune_diagnosis::Diagnosis,
 
 /// Adds measured frequency responses beside those of the model, and of the model before where there was one.
 ///
-/// `origin` is `measured` or `synthetic`. Functions at points that are no sensors of the test are left out, with a
+/// `origin` is `measured` or `synthetic`. Functions at points that are not sensors of the test are left out, with a
 /// warning.
 pub fn add_responses(
     data: &mut ReportData,
@@ -264,7 +264,7 @@ pub fn add_responses(
     Ok(())
 }
 
-/// The misfit of every test mode that has a partner; without one nothing is compared, which is no agreement.
+/// The misfit of every test mode that has a partner; without one nothing is compared, which is not agreement.
 fn misfit_of_paired(a: &Assessment) -> Vec<Option<f64>> {
     let is_paired = |mode: usize| a.pairs.iter().any(|p| p.test_mode == mode);
     a.misfit_per_mode.iter().enumerate().map(|(mode, misfit)| is_paired(mode).then_some(*misfit)).collect()
@@ -320,7 +320,7 @@ fn mass_row(name: &str, unit: &str, target: Option<Target>, after: Option<f64>) 
 fn mass_values(model: &Model, a: &Assessment) -> [Option<f64>; 7] {
     let p = a.mass_properties.or_else(|| model.mass_properties(&a.theta).ok().flatten());
     let Some(p) = p else { return [None; 7] };
-    // Rounding of what symmetry makes zero is no number to show.
+    // Rounding of what symmetry makes zero is not a number to show.
     let shown = |v: f64| Some(if v.abs() < 1e-12 * p.mass { 0.0 } else { v });
     [p.mass, p.cg[0], p.cg[1], p.cg[2], p.inertia[0][0], p.inertia[1][1], p.inertia[2][2]].map(shown)
 }

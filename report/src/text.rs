@@ -8,7 +8,7 @@ pub mod agreement;
 mod findings;
 mod summary;
 
-pub use findings::{diagnosis, steps};
+pub use findings::{FILES, diagnosis, steps};
 pub use summary::summary;
 
 use retune::catalogue::counted;
@@ -299,10 +299,19 @@ pub fn printable(text: &str) -> String {
     out
 }
 
-/// At most `width` columns, cut with an ellipsis.
+/// At most `width` columns, cut with an ellipsis: of a sentence the end, of a name the middle, for names differ at their ends.
 pub fn shorten(text: &str, width: usize) -> String {
     if text.width() <= width {
         return text.into();
+    }
+    if width > 6 && !text.contains(' ') {
+        let end: Vec<char> = text.chars().rev().take((width - 1) / 2).collect();
+        let end: String = end.into_iter().rev().collect();
+        let begin: String = text.chars().take(width - 1 - end.chars().count()).collect();
+        let both = format!("{begin}…{end}");
+        if both.width() <= width {
+            return both;
+        }
     }
     let mut out = String::new();
     let mut used = 1;

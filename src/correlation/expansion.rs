@@ -19,7 +19,7 @@ use nalgebra::Cholesky;
 /// is worth: see [`Expander::weight`]. Small w trusts the sensors little; w → ∞ forces them.
 ///
 /// All is done in the modes of the pencil (M, K + a M), in which the energy matrix is the identity and the residual is
-/// diagonal, r_k = (1 - (ω² + a) θ_k) q_k; massless dofs (θ = 0) and rigid bodies (θ = 1/a) are no special case.
+/// diagonal, r_k = (1 - (ω² + a) θ_k) q_k; massless dofs (θ = 0) and rigid bodies (θ = 1/a) are not a special case.
 ///
 /// # Source
 /// E. Balmès, Review and evaluation of shape expansion methods, Proc. 18th IMAC, 2000, 555-561; the modified
@@ -237,7 +237,7 @@ impl Expander {
     /// A = I + B_f gap_f⁻² B_fᵀ,   q_n = (gap_n² + B_nᵀ A⁻¹ B_n)⁻¹ B_nᵀ A⁻¹ b,   q_f = gap_f⁻² B_fᵀ A⁻¹ (b - B_n q_n)
     /// ```
     ///
-    /// for near (n) and far (f) modes. Near ones, gap² < 10⁻⁴, are few and solved for directly: gap = 0 is no problem.
+    /// for near (n) and far (f) modes. Near ones, gap² < 10⁻⁴, are few and solved for directly: gap = 0 is not a problem.
     fn solve(&self, b: &DMatrix<f64>, gap: &DVector<f64>) -> Result<DMatrix<f64>, CorrelationError> {
         /// gap² below which a mode is near resonance; far ones lose at most four digits by the elimination.
         const NEAR: f64 = 1e-4;

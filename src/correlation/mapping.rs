@@ -134,7 +134,7 @@ pub fn map_points(model: &Model, points: &[(String, [f64; 3])], options: Mapping
             }
             None => {
                 let name = geometry.names[node].clone();
-                // Rounding of a file's coordinates is no arm.
+                // Rounding of a file's coordinates is not an arm.
                 let position = (to_node > 1e-9).then_some(*position);
                 let kind = if to_node <= options.tolerance { PlaceKind::OnNode } else { PlaceKind::ArmFromNode };
                 (Place::Node { node: name.clone(), position }, kind, to_node, name)

@@ -138,7 +138,25 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
             Err(e) => problems.push(Problem::error(path, e)),
         }
     }
+    problems.extend(close_together(model, sensors).map(|text| Problem::warning("sensors", text)));
     problems
+}
+
+/// Sensors that stand in a smaller part of the structure than this are in another unit of length.
+const CLOSE: f64 = 0.02;
+
+/// A word about sensors with positions of their own that all stand at what is one place on the structure.
+fn close_together(model: &dyn ParametricModel, sensors: &[Sensor]) -> Option<String> {
+    let mut stated: Vec<[f64; 3]> = sensors.iter().filter_map(|s| s.place.position()).collect();
+    stated.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    stated.dedup();
+    let (span, size) = (extent(&stated), extent(model.dof_map().positions()));
+    (stated.len() > 2 && span < CLOSE * size).then(|| {
+        format!(
+            "the positions of the sensors span {span:.2e} m, and the structure is {size:.3} m large: were they read in another unit of length than they \
+             are in?"
+        )
+    })
 }
 
 /// A word about a sensor that stands farther from the structure than the structure is large.

@@ -100,7 +100,9 @@ pub fn odds(probability: f64) -> String {
     if probability >= 0.0095 {
         format!("{:.0} of 100", (100.0 * probability).min(100.0))
     } else if probability > 1e-4 {
-        format!("1 of {:.0}", 1.0 / probability)
+        // Two digits: a share of draws is known no better.
+        let digit = 10_f64.powf((-probability.log10()).floor() - 1.0);
+        format!("1 of {:.0}", (1.0 / probability / digit).round() * digit)
     } else if probability > 0.0 {
         format!("1 of 10^{:.0}", (-probability.log10()).floor())
     } else {

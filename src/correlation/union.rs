@@ -98,7 +98,7 @@ mod tests {
         }
     }
 
-    /// Over many data the error of the draws is no bias: their mean is P within three standard errors.
+    /// Over many data the error of the draws is not a bias: their mean is P within three standard errors.
     #[test]
     fn data_do_not_share_their_draws() {
         let (n, p, tests) = (8, 0.1, 400);

@@ -26,7 +26,7 @@ fn entry(line: &str) -> Option<(Label, Label, f64)> {
     let &[row, row_dof, column, column_dof, value] = words.as_slice() else { return None };
     let label = |node: &str, direction: &str| {
         let number: i64 = node.parse().ok()?;
-        // Dofs that are no motions (temperatures, multipliers) have numbers above 6, or belong to nodes below zero.
+        // Dofs that are not motions (temperatures, multipliers) have numbers above 6, or belong to nodes below zero.
         let direction: u32 = direction.parse().ok()?;
         let dof = dof(&direction.to_string()).filter(|_| number > 0);
         let node = if dof.is_some() { number.to_string() } else { format!("{number}.{direction}") };

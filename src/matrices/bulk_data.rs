@@ -364,7 +364,7 @@ fn system(card: &Card, systems: &mut Systems) -> Result<(), MatrixError> {
 
 /// Writes matrices as DMIG cards in wide fields with their dofs, and the positions of the points as GRID cards.
 ///
-/// Numbers have ten digits, as many as a field of 16 columns has room for. A label whose node is no number gets one: its place among
+/// Numbers have ten digits, as many as a field of 16 columns has room for. A label whose node is not a number gets one: its place among
 /// the nodes from 1; `None` where a matrix has no labels.
 pub(super) fn write(matrices: &[&Matrix], positions: &[(String, [f64; 3])]) -> Option<String> {
     let mut numbers: HashMap<&str, usize> = HashMap::new();

@@ -5,7 +5,7 @@
 //! job.dof: 7.1                            node.direction
 //! ```
 //!
-//! Fixed dofs are no rows. Lines of `row column value` of other programs (Abaqus with FORMAT=COORDINATE) are read alike; whether they are
+//! Fixed dofs are not rows. Lines of `row column value` of other programs (Abaqus with FORMAT=COORDINATE) are read alike; whether they are
 //! one triangle is seen from them.
 //!
 //! Source: G. Dhondt, CalculiX CrunchiX User's Manual, version 2.20, *FREQUENCY; matrixstorage.c.

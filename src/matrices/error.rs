@@ -6,7 +6,7 @@
 pub enum MatrixError {
     /// No format that is known.
     #[error(
-        "this is no format of matrices that is read (`retune list matrices` names them); a table of dofs is a CSV file with the header `node,dof,x,y,z`"
+        "this is not a format of matrices that is read (`retune list matrices` names them); a table of dofs is a CSV file with the header `node,dof,x,y,z`"
     )]
     Unknown,
     /// A line that is not understood.

@@ -81,7 +81,7 @@ impl<'a> File<'a> {
         String::from_utf8_lossy(&self.bytes[..self.bytes.len().min(LOOK)])
     }
 
-    /// Its first lines that hold something and are no comment of Abaqus (`**`), of bulk data (`$`) or of tables (`#`, `%`).
+    /// Its first lines that hold something and are not a comment of Abaqus (`**`), of bulk data (`$`) or of tables (`#`, `%`).
     fn first_lines(&self) -> Vec<String> {
         let head = self.head();
         let lines = head.lines().map(str::trim).filter(|l| !l.is_empty());

@@ -33,7 +33,7 @@ impl MatrixReader for Numpy {
         if !npz::is_zip(file.bytes) {
             let array = npy::read(file.bytes).map_err(|e| broken(&e))?;
             let matrix = dense(file.stem(), &array)
-                .ok_or_else(|| broken(&format_args!("its array of shape {:?} is no real matrix", array.shape)))?;
+                .ok_or_else(|| broken(&format_args!("its array of shape {:?} is not a real matrix", array.shape)))?;
             return Ok(Contents::of(matrix));
         }
         let (arrays, words) = npz::read_with_words(file.bytes).map_err(|e| broken(&e))?;
@@ -47,7 +47,7 @@ impl MatrixReader for Numpy {
                 Some(matrix) => contents.matrices.push(matrix),
                 None => contents
                     .notes
-                    .push(format!("`{name}` of shape {:?} is no real matrix and is left out", array.shape)),
+                    .push(format!("`{name}` of shape {:?} is not a real matrix and is left out", array.shape)),
             }
         }
         if contents.matrices.is_empty() {
@@ -97,7 +97,7 @@ fn sparse<'a>(name: &str, format: &str, find: &dyn Fn(&str) -> Option<&'a Array>
     let whole = |name: &str| -> Result<Vec<i64>, MatrixError> {
         let values = reals(name)?;
         let exact = values.iter().map(|v| (v.fract() == 0.0 && v.abs() < 9e15).then_some(*v as i64));
-        exact.collect::<Option<_>>().ok_or_else(|| broken(format!("`{name}` has a value that is no whole number")))
+        exact.collect::<Option<_>>().ok_or_else(|| broken(format!("`{name}` has a value that is not a whole number")))
     };
     let shape = whole("shape")?;
     let size: Option<Vec<usize>> =

@@ -6,7 +6,7 @@
 //! q1,modal,,,,
 //! ```
 //!
-//! `dof` is `ux` ... `rz` or 1 ... 6, or `modal` for a coordinate that is no motion of a point. Columns are found by their names; without `dof` the
+//! `dof` is `ux` ... `rz` or 1 ... 6, or `modal` for a coordinate that is not a motion of a point. Columns are found by their names; without `dof` the
 //! table is one of positions. Rows of `dof` are in the order of the matrices. Commas, semicolons or tabs.
 
 use super::matrix::dof;

@@ -1,6 +1,6 @@
 //! Lines and numbers of text files.
 
-/// The lines of some bytes, with their numbers from 1; bytes that are no UTF-8 become replacement characters.
+/// The lines of some bytes, with their numbers from 1; bytes that are not UTF-8 become replacement characters.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     /// Number of the line that was given last.

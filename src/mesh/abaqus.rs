@@ -94,7 +94,7 @@ struct Members {
     what: &'static str,
     /// Index of the node or the cell of a number.
     index: BTreeMap<u32, usize>,
-    /// Numbers that are there and are left out of sets: of elements that are no cells.
+    /// Numbers that are there and are left out of sets: of elements that are not cells.
     others: BTreeSet<u32>,
     sets: BTreeMap<String, Vec<usize>>,
 }
@@ -115,14 +115,14 @@ struct Pass {
 /// Refuses what makes a deck more than a mesh.
 fn refuse(deck: &KeywordDeck) -> Result<(), DeckError> {
     if let Some(second) = deck.keywords().filter(|k| k.name() == "PART").nth(1) {
-        return Err(second.error("a deck of several parts is no mesh; `retune import` reads it"));
+        return Err(second.error("a deck of several parts is not a mesh; `retune import` reads it"));
     }
     let mut has_instance = false;
     for k in deck.keywords() {
         match k.name() {
             "INSTANCE" if has_instance || k.lines().any(|l| !l.is_empty()) => {
                 return Err(
-                    k.error("an assembly of several or moved instances is no mesh; `retune import` reads the deck")
+                    k.error("an assembly of several or moved instances is not a mesh; `retune import` reads the deck")
                 );
             }
             "INSTANCE" => has_instance = true,
@@ -175,7 +175,7 @@ impl Pass {
             self.nodes.index.insert(id, index);
             let node = MeshNode { id: u64::from(id), at: line.vector(1, "coordinate")? };
             if !self.mesh.add_node(node) {
-                return Err(line.error(Some((0, "number")), format_args!("the node {id} stands twice")));
+                return Err(line.error(Some((0, "number")), format_args!("the node {id} is defined twice")));
             }
         }
         if let Some(name) = k.label("NSET") {
@@ -193,7 +193,7 @@ impl Pass {
             let id = line.id(0, "number")?;
             let is_new = !self.cells.index.contains_key(&id) && !self.cells.others.contains(&id);
             if !is_new {
-                return Err(line.error(Some((0, "number")), format_args!("the element {id} stands twice")));
+                return Err(line.error(Some((0, "number")), format_args!("the element {id} is defined twice")));
             }
             let Some(shape) = shape else {
                 self.cells.others.insert(id);
@@ -232,7 +232,7 @@ impl Pass {
         Ok(())
     }
 
-    /// Nodes or cells that a set names; elements that are no cells are left out.
+    /// Nodes or cells that a set names; elements that are not cells are left out.
     fn members(&self, k: &Keyword<'_>, of: &Members) -> Result<Vec<usize>, DeckError> {
         let mut out = Vec::new();
         for line in k.lines().filter(|l| !l.is_empty()) {

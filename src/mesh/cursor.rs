@@ -4,7 +4,7 @@ use crate::deck::DeckError;
 use std::io;
 use std::path::Path;
 
-/// Why a file is no mesh.
+/// Why a file is not a mesh.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}{message}", if place.is_empty() { String::new() } else { format!("{place}: ") })]
 pub struct MeshError {

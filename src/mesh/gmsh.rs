@@ -221,7 +221,7 @@ impl File<'_> {
         if self.mesh.add_node(MeshNode { id, at }) {
             Ok(())
         } else {
-            Err(self.cursor.error(format_args!("node {id} stands twice")))
+            Err(self.cursor.error(format_args!("node {id} is defined twice")))
         }
     }
 

@@ -54,7 +54,7 @@ pub fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let Some(reader) = MESH_READERS.iter().find(|r| r.recognises(bytes)) else {
         let known: Vec<&str> = MESH_READERS.iter().map(|r| r.name()).collect();
         let message =
-            format!("it is no mesh of a format that is read ({}); `retune import` reads decks", known.join(", "));
+            format!("it is not a mesh of a format that is read ({}); `retune import` reads decks", known.join(", "));
         return Err(MeshError { place: String::new(), message });
     };
     reader.read(bytes)

@@ -50,7 +50,7 @@ pub fn order_of_edges(corners: usize) -> Vec<usize> {
     (0..near).chain(near + corners..near + 2 * corners).chain(near..near + corners).collect()
 }
 
-/// The shape of an element with so many grids; nothing where it is no cell.
+/// The shape of an element with so many grids; nothing where it is not a cell.
 fn shape(name: &str, grids: usize) -> Option<(Shape, Option<Vec<usize>>)> {
     let plain = |shape| Some((shape, None));
     match (name, grids) {
@@ -95,7 +95,7 @@ fn mesh(deck: &Deck) -> Result<Mesh, DeckError> {
         }
         let id = card.id_at(2, "ID")?;
         if !mesh.add_node(MeshNode { id: u64::from(id), at: card.vector(4, "X1")? }) {
-            return Err(card.error(Some((2, "ID")), format_args!("the grid {id} stands twice")));
+            return Err(card.error(Some((2, "ID")), format_args!("the grid {id} is defined twice")));
         }
     }
     if mesh.nodes.is_empty() {
@@ -110,7 +110,7 @@ fn mesh(deck: &Deck) -> Result<Mesh, DeckError> {
         let card = deck.card(id);
         let eid = card.id_at(2, "EID")?;
         if !seen.insert(eid) {
-            return Err(card.error(Some((2, "EID")), format_args!("the element {eid} stands twice")));
+            return Err(card.error(Some((2, "EID")), format_args!("the element {eid} is defined twice")));
         }
         let pid = card.optional_id(3, "PID")?.unwrap_or(eid);
         let grids = grids(&card, &mesh, most)?;

@@ -189,7 +189,7 @@ fn decks_are_meshes_with_their_sets() {
         ),
         (
             KEYWORDS.replace("*ELEMENT, TYPE=MASS", "*PART, NAME=a\n*PART, NAME=b\n*ELEMENT, TYPE=MASS"),
-            Some("line 17: *PART: a deck of several parts is no mesh"),
+            Some("line 17: *PART: a deck of several parts is not a mesh"),
         ),
         (KEYWORDS.replace("\nquad", "\nquat"), Some("there is no set `quat` above")),
         (KEYWORDS.replace("*HEADING\nsquares", "*INCLUDE, INPUT=other.inp"), Some("other.inp")),
@@ -324,7 +324,7 @@ fn damaged_files_are_refused() {
         ("$Entities", "$Entity", "$EndEntity"),
         ("0 1 0\n", "0 nan 0\n", "finite"),
         ("$EndElements\n", "", "$EndElements"),
-        ("2\n3\n11\n12", "2\n3\n11\n11", "stands twice"),
+        ("2\n3\n11\n12", "2\n3\n11\n11", "is defined twice"),
     ] {
         let text = SQUARES.replacen(from, to, 1);
         assert_ne!(text, SQUARES);

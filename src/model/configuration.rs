@@ -43,7 +43,7 @@ impl ModelSpec {
             let carries_mass = spec.remove(gone).ok_or_else(|| {
                 let suggestion = did_you_mean(gone, self.removable());
                 let text = format!(
-                    "`{gone}` is no support, spring, bushing, mass, rigid link, constraint, beam, bar, element, superelement or override{suggestion}"
+                    "`{gone}` is not a support, spring, bushing, mass, rigid link, constraint, beam, bar, element, superelement or override{suggestion}"
                 );
                 Problem::error(format!("{path}.without[{i}]"), text)
             })?;
@@ -70,14 +70,14 @@ impl ModelSpec {
     /// * `patch` - text of the partial file
     ///
     /// # Errors
-    /// YAML that is not well formed; a merged model that is no model.
+    /// YAML that is not well formed; a merged model that is not a model.
     pub fn overlaid(&self, patch: &str) -> Result<ModelSpec, Vec<Problem>> {
         let (patch, map) = yaml::read::<Value>(patch)?;
         if !patch.is_object() {
             return Err(vec![Problem::error("", "a patch is a map with keys of a model file")]);
         }
         let failed =
-            |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is no model: {e}"))];
+            |e: serde_json::Error| vec![Problem::error("", format_args!("the patched model is not a model: {e}"))];
         let mut whole = serde_json::to_value(self).map_err(failed)?;
         merge(&mut whole, patch);
         // A mistake of the whole is shown where the patch makes it.

@@ -16,9 +16,9 @@ pub struct DofMap {
     rows: Vec<(usize, Dof)>,
     /// 6 node + dof -> combination of rows.
     full: Vec<Combination>,
-    /// Rigid motions, where the rows are no dofs of nodes.
+    /// Rigid motions, where the rows are not dofs of nodes.
     motions: Option<DMatrix<f64>>,
-    /// Nodes that are no points but coordinates of superelements, sorted.
+    /// Nodes that are not points but coordinates of superelements, sorted.
     coordinates: Vec<usize>,
     /// Names that nodes have beside those above.
     other_names: BTreeMap<String, usize>,
@@ -41,14 +41,14 @@ impl DofMap {
         self
     }
 
-    /// With the nodes that are no points but coordinates, sorted: no rigid motion moves them.
+    /// With the nodes that are not points but coordinates, sorted: no rigid motion moves them.
     #[must_use]
     pub(super) fn with_coordinates(mut self, coordinates: Vec<usize>) -> Self {
         self.coordinates = coordinates;
         self
     }
 
-    /// Whether a node is no point but a coordinate of a superelement.
+    /// Whether a node is not a point but a coordinate of a superelement.
     pub fn is_coordinate(&self, node: usize) -> bool {
         self.coordinates.binary_search(&node).is_ok()
     }

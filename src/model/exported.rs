@@ -28,7 +28,7 @@ pub(in crate::model) struct ExportedMatrices {
     pub(in crate::model) c: Option<Arc<Symmetric>>,
 }
 
-/// A node, or a coordinate that is no motion of a point.
+/// A node, or a coordinate that is not a motion of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::model) struct ExportedNode {
     pub(in crate::model) name: String,

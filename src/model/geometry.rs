@@ -110,7 +110,7 @@ pub struct Geometry {
     pub mirror: Option<(usize, f64)>,
     index: HashMap<String, usize>,
     other_names: BTreeMap<String, usize>,
-    /// Those that are no points but coordinates, sorted.
+    /// Those that are not points but coordinates, sorted.
     coordinates: Vec<usize>,
 }
 
@@ -140,14 +140,14 @@ impl Geometry {
         &self.other_names
     }
 
-    /// Adds a coordinate that is no motion of a point, as a node of which the first dof is meant.
+    /// Adds a coordinate that is not a motion of a point, as a node of which the first dof is meant.
     pub(super) fn add_coordinate(&mut self, name: String, near: Vector) -> usize {
         let index = self.add(name, near);
         self.coordinates.push(index);
         index
     }
 
-    /// Whether a node is no point but a coordinate of a superelement.
+    /// Whether a node is not a point but a coordinate of a superelement.
     pub fn is_coordinate(&self, node: usize) -> bool {
         self.coordinates.binary_search(&node).is_ok()
     }

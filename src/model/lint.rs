@@ -363,7 +363,7 @@ fn possible_rigid_modes(model: &Model) -> usize {
     for &(_, dof) in model.dof_map().rows().iter().filter(|(node, _)| !model.dof_map().is_coordinate(*node)) {
         active[dof as usize] = true;
     }
-    // Rotations follow from displacements across the axis where rotations are no dofs themselves.
+    // Rotations follow from displacements across the axis where rotations are not dofs themselves.
     let rotation = |d: usize| active[3 + d] || (active[(d + 1) % 3] && active[(d + 2) % 3]);
     (0..3).filter(|d| active[*d]).count() + (0..3).filter(|d| rotation(*d)).count()
 }
@@ -395,7 +395,7 @@ fn lost_digits(lowest: Option<f64>, k: &[f64], m: &[f64]) -> Option<Problem> {
     const UNSEEN: f64 = 1e-5;
     let lowest = lowest.filter(|l| *l > 0.0)?;
     // Rayleigh's quotient of one dof is below the highest λ.
-    // What is left of zero by rounding is no mass.
+    // What is left of zero by rounding is not a mass.
     let least = 1e-15 * m.iter().copied().fold(0.0, f64::max);
     let highest = k.iter().zip(m).filter(|(_, m)| **m > least).map(|(k, m)| k / m).fold(0.0, f64::max);
     let error = 0.5 * f64::EPSILON * highest / lowest;

@@ -111,7 +111,7 @@ fn attached(spec: &ModelSpec) -> HashSet<String> {
     out
 }
 
-/// What the file names of the nodes of a mesh: those of its own rules, and every name that is no node of the file.
+/// What the file names of the nodes of a mesh: those of its own rules, and every name that is not a node of the file.
 fn on_mesh(spec: &ModelSpec) -> Vec<String> {
     if spec.mesh.is_none() {
         return Vec::new();

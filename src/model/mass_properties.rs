@@ -110,7 +110,7 @@ mod tests {
         model.mass_properties(&model.parameters().nominal()).unwrap()
     }
 
-    /// 6 kg of a rod at 1 m and 4 kg at 2 m; a mass of two directions only is no body's.
+    /// 6 kg of a rod at 1 m and 4 kg at 2 m; a mass of two directions only is not a body's.
     #[test]
     fn what_differs_by_axis_is_no_body() {
         let body = properties("properties: {m_ux_ux: 4, m_uy_uy: 4, m_uz_uz: 4}").unwrap();

@@ -36,7 +36,7 @@ fn load(
     let mut wrong = |key: &str, message: String| problems.push(Problem::error(child("mesh", key), message));
     let Ok(unit) = Scalar::parse(&format!("1 {}", entry.units)).and_then(|s| s.constant_in("m")) else {
         let text =
-            format!("`{}` is no unit of length; the coordinates of the mesh are in `m`, `mm`, `in`, …", entry.units);
+            format!("`{}` is not a unit of length; the coordinates of the mesh are in `m`, `mm`, `in`, …", entry.units);
         wrong("units", text);
         return None;
     };

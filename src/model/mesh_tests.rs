@@ -156,7 +156,7 @@ fn mistakes_about_a_mesh_have_their_places() {
     let support = "supports: {clamp: {nodes: [root]}}\n";
     for (from, to, path, expected) in [
         ("skin: {section", "skim: {section", "mesh.parts.skim", "did you mean `skin`"),
-        ("units: mm", "units: kg", "mesh.units", "no unit of length"),
+        ("units: mm", "units: kg", "mesh.units", "not a unit of length"),
         ("plate.msh", "plat.msh", "mesh.file", "cannot be read"),
         ("skin: {section: alu}", "skin: {section: alu, type: hex8}", "mesh.parts.skin.type", "no element for"),
         ("skin: {section: alu}", "skin: {section: alu}, tip: {section: alu}", "mesh.parts.tip", "points"),

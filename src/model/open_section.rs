@@ -221,7 +221,7 @@ impl Moments {
         let (yy, zz) = (self.yy - area * y * y, self.zz - area * z * z);
         let yz = self.yz - area * y * z;
         let from = [shear_centre[0] - y, shear_centre[1] - z];
-        // Rounding is no product of inertia.
+        // Rounding is not a product of inertia.
         if yz.abs() < 1e-12 * yy.max(zz) {
             return Profile { area, iy: zz, iz: yy, j, shear_centre: from, turn: 0.0 };
         }

@@ -45,7 +45,7 @@ fn damping_in_proportion_to_stiffness_and_mass() {
     let c = s.damping.unwrap();
     let (k, m) = (s.stiffness[(0, 1)], s.mass[(0, 1)]);
     assert!((c[(0, 1)] - (3e-3 * k + 2.0 * m)).abs() < 1e-12);
-    // The mass at the end is no part of the rod.
+    // The mass at the end is not part of the rod.
     assert!((c[(1, 1)] - (3e-3 * s.stiffness[(1, 1)] + 2.0 * (s.mass[(1, 1)] - 1.0))).abs() < 1e-12);
 }
 
@@ -54,11 +54,11 @@ fn wrong_overrides_say_where_and_what() {
     for (text, expected) in [
         (
             "  everything: {stiffness: 2}\n",
-            "f:17:3: error: overrides.everything: `everything` is no element, chain, mass or group; or name what it changes with `of: [...]`",
+            "f:17:3: error: overrides.everything: `everything` is not an element, chain, mass or group; or name what it changes with `of: [...]`",
         ),
         (
             "  x: {of: [rot], mass: 2}\n",
-            "f:17:12: error: overrides.x.of[0]: `rot` is no element, chain, mass or group; did you mean `rod`?",
+            "f:17:12: error: overrides.x.of[0]: `rot` is not an element, chain, mass or group; did you mean `rod`?",
         ),
         ("  m: {taper: {mass: p}}\n", "f:17:15: error: overrides.m.taper.mass: a taper needs a chain of beams or bars"),
         (

@@ -211,7 +211,7 @@ impl ModalSolver {
         let own = if covers(&solved.plan, &system) { None } else { Some(Arc::new(plan(model, &system)?)) };
         let plan = own.as_ref().unwrap_or(&solved.plan);
         let solved = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, Some(near));
-        // Shapes and shift of a neighbour that is far away may leave a value that is no mode's: negative ones are looked at from nothing.
+        // Shapes and shift of a neighbour that is far away may leave a value that is not a mode's: negative ones are looked at from nothing.
         let (modes, _) = match solved {
             Err(modal::ModalError::Unstable { .. }) => {
                 let afresh = SolveOptions { shift: None, ..options };

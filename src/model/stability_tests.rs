@@ -91,7 +91,7 @@ fn a_bound_beyond_buckling_is_remarked_on() {
     assert_eq!(remarks(&column("0.79 * P", 8, PINNED)), [""; 0]);
 }
 
-/// A negative stiffness that is no preload is no buckling load, and no modes either.
+/// A negative stiffness that is not a preload is no buckling load, and no modes either.
 #[test]
 fn a_negative_stiffness_is_unstable() {
     let k = nalgebra::dmatrix![2.0, -1.0; -1.0, 0.2];

@@ -86,7 +86,7 @@ pub(super) fn rows(
         }
     }
     let Ok(eigen) = symmetric_eigen(&normal) else {
-        problems.push(Problem::error(&path, "the positions or weights of its nodes are no usable numbers"));
+        problems.push(Problem::error(&path, "the positions or weights of its nodes are not usable numbers"));
         return Vec::new();
     };
     let least = UNDETERMINED * eigen.values.max();

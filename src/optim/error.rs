@@ -2,7 +2,7 @@ use std::error::Error;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Why an optimisation has no result. Not converging is no error: see [`Termination`](super::Termination).
+/// Why an optimisation has no result. Not converging is not an error: see [`Termination`](super::Termination).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptimError {

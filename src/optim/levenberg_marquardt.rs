@@ -38,7 +38,7 @@ pub(super) const ABOUT: About = About {
 box exactly: a bounded linear least-squares problem, by QR factorisations and an active set, never by normal equations. D \
 holds the largest column norms of J met so far, and λ > 0 makes the problem solvable when parameters cannot be told apart. \
 λ falls when the cost falls as the model says, and grows when not. Steps end on bounds and leave them again when the \
-gradient says so; reflecting at bounds, by contrast, stalls at points that are no optimum. The accepted cost is the \
+gradient says so; reflecting at bounds, by contrast, stalls at points that are not an optimum. The accepted cost is the \
 objective's own: where that is not ½ rᵀr the residuals only propose directions, the cost still never rises, and a \
 refinement without derivatives should follow. Residuals that stand for constraints t <= 0 (targets for mass properties) are \
 no squares in the step but linearised constraints t + ∂t d <= 0, as in sequential quadratic programming, so that the path \
@@ -117,7 +117,7 @@ impl LevenbergMarquardt {
                     if promised.max(achieved) <= self.tolerance || trial_cost <= NO_COST {
                         return Ok(Termination::ReductionVanishes);
                     }
-                    // A point without derivatives is no place to go on from: a shorter step may reach another.
+                    // A point without derivatives is not a place to go on from: a shorter step may reach another.
                     if let Ok(next) = run.linearize(&trial)?.and_then(|l| Model::new(l, &walls)) {
                         let gain = achieved / promised;
                         damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 9.0, 2.0);

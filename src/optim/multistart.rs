@@ -110,7 +110,7 @@ impl Multistart {
             let mut cut_short = false;
             for found in in_step(&mut searches, run)? {
                 match found {
-                    // an end point for want of evaluations is no optimum
+                    // an end point for want of evaluations is not an optimum
                     Some(found) if found.termination == Termination::BudgetSpent => cut_short = true,
                     Some(found) => met.classify(found, self.same, run)?,
                     None => met.n_starts += 1,

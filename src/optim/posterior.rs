@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// The population is two halves, each weighed and resampled by itself; the proposal of one has the covariance of the other. A half whose
 /// own scatter chose its steps would find Z too large: by a factor of 20 with 19 parameters and few steps. The error of ln Z is that of
-/// families, for copies of one member are no independent samples, or the difference of the halves where that is larger.
+/// families, for copies of one member are not independent samples, or the difference of the halves where that is larger.
 ///
 /// The prior is uniform between the bounds; prior terms of the objective act on top of it. Evidences of two models may be
 /// compared on the same data with the same standard deviations: their constants cancel.

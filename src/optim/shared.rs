@@ -212,7 +212,7 @@ mod tests {
                 .collect()
         });
         let whole = alone.0.into_inner();
-        // A third each, one point more where a batch is no multiple of three, and the probes.
+        // A third each, one point more where a batch is not a multiple of three, and the probes.
         assert!(counts.iter().all(|&c| c < whole / 3 + whole / 20 + 8 + PROBES), "{counts:?} of {whole}");
         assert!(counts.iter().sum::<usize>() <= whole + 3 * PROBES, "{counts:?} of {whole}");
     }

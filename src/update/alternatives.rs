@@ -26,9 +26,9 @@ pub struct Alternative {
 const CANDIDATES: usize = 8;
 const MOST: usize = 3;
 
-/// The optima of the starts of a search that fit as well as the best and are no part of its valley, best first.
+/// The optima of the starts of a search that fit as well as the best and are not part of its valley, best first.
 ///
-/// Two optima are one where they lie in one [`Valley`] that is no deeper than the rise of a 90 % interval.
+/// Two optima are one where they lie in one [`Valley`] that is not a deeper than the rise of a 90 % interval.
 pub(super) fn alternatives(
     (model, scaling): (&dyn ParametricModel, &Scaling),
     objective: &dyn Objective,

@@ -296,7 +296,7 @@ fn misfit(
     let test = comparison.test();
     let n_modes = test.modes.len();
     let shapes = comparison.shapes();
-    // A mode that is aside is no datum; the shapes of such modes are blank here.
+    // A mode that is aside is not a datum; the shapes of such modes are blank here.
     let is_used = |m: &&TestMode| !m.standing.is_aside();
     let measured = shapes.iter().filter(|v| !v.is_nan()).count();
     let n_used = test.modes.iter().filter(is_used).count();

@@ -294,7 +294,7 @@ fn of_functions(
             findings.extend(sensors_by_model(model, &test, n_suspension)?);
         }
     } else {
-        // What was left out, and why there is nothing, is no question of health.
+        // What was left out, and why there is nothing, is not a question of health.
         let told = check_identification(&frfs, &identification).into_iter();
         remarks.extend(told.map(|finding| Remark::Warning(finding.text)));
     }

@@ -54,7 +54,9 @@ pub use reduced::ReducedSearch;
 pub use search::with_objective;
 pub use settings::{Cost, Settings};
 pub use tested::{Remark, check_on_model, loaded, meet};
-pub use twin::{TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+pub use twin::{
+    TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, driving_sensor, node_sensors, twin_frfs, twin_modes,
+};
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 
 use self::pairing::SettledPairs;
@@ -86,7 +88,7 @@ pub struct Update {
     pub parameters: Vec<ParameterChange>,
     /// How certain the free ones are.
     pub uncertainty: Uncertainty,
-    /// Other sets of parameters that fit as well as these, best first; none for a cost that is no misfit.
+    /// Other sets of parameters that fit as well as these, best first; none for a cost that is not a misfit.
     pub alternatives: Vec<Alternative>,
     /// What the motions of the fitted model say of the sensors of every test; nothing of a model with many dofs.
     pub suspects: Vec<Vec<Finding>>,

@@ -26,13 +26,24 @@
 //! depend on each other allow, is named with the momentum before and after; others nearly as likely are named with it. The likelihood contains the
 //! momentum, and the shapes of the model besides: so the search serves supported structures too, where no momentum is conserved.
 //!
+//! **The structure itself.** A mass, a spring or a body on a spring that the model lacks at a sensor's point acts on it as a force of unknown size in
+//! each mode, and moves the shape by the model's receptance there, of which the modes that V already mixes give no more than they lack:
+//!
+//! ```text
+//! h = Σ (1 - c_j²) S φ_j φ_j(k) / (λ_j - ω²) - S Φ_r Φ_r(k)ᵀ / ω²,   V + g² h hᵀ
+//! ```
+//! with g such that the largest entry of g h is three times the root mean square of the shape. It has one unknown in each mode, as a sensor that says
+//! nothing has; but a fault is in one entry, and a force moves the neighbours too. Where it is nearly as likely as a fault, no sensor is accused.
+//!
 //! Sources: L. Meirovitch, Analytical Methods in Vibrations, 1967, section 5-9 (orthogonality to rigid-body modes); the prior over modes is the
 //! first-order perturbation of modes by a change of stiffness (R. L. Fox, M. P. Kapoor, AIAA J. 6, 1968).
 
 mod density;
 mod words;
 
-use self::density::{Density, ERRORS, FACTORS, NOTHING, Shape, columns, densities, density, rigid_share, shape};
+use self::density::{
+    Density, ERRORS, FACTORS, Motions, NOTHING, Shape, WIDE, columns, densities, density, rigid_share, shape,
+};
 use crate::correlation::{CorrelationError, observation_matrix_at};
 use crate::data::{Place, Sensor, TestMode};
 use crate::identify::health::Finding;
@@ -104,15 +115,22 @@ pub enum SensorChange {
         /// Its index.
         sensor: usize,
     },
+    /// No fault: the structure differs from the model where this sensor is.
+    Structure {
+        /// Its index.
+        sensor: usize,
+    },
 }
 
 impl SensorChange {
-    /// Indices of the sensors whose entries it changes.
+    /// Indices of the sensors that it is about.
     pub fn touches(&self) -> Vec<usize> {
         match self {
             Self::Turn { sensors } => sensors.clone(),
             Self::Swap { sensors } => sensors.to_vec(),
-            Self::Scale { sensor, .. } | Self::Dead { sensor } | Self::Drop { sensor } => vec![*sensor],
+            Self::Scale { sensor, .. } | Self::Dead { sensor } | Self::Drop { sensor } | Self::Structure { sensor } => {
+                vec![*sensor]
+            }
         }
     }
 }
@@ -136,9 +154,10 @@ pub struct SensorCheck {
 }
 
 impl SensorCheck {
-    /// Indices of the sensors that the accepted changes touch, ascending.
+    /// Indices of the sensors that the accepted changes accuse, ascending.
     pub fn contradicted(&self) -> Vec<usize> {
-        let mut out: Vec<usize> = self.changes.iter().flat_map(|(change, _)| change.touches()).collect();
+        let faults = self.changes.iter().filter(|(change, _)| !matches!(change, SensorChange::Structure { .. }));
+        let mut out: Vec<usize> = faults.flat_map(|(change, _)| change.touches()).collect();
         out.sort_unstable();
         out.dedup();
         out
@@ -180,14 +199,14 @@ pub(super) fn check_observed(
     let lambda: Vec<f64> = found.elastic().map(|r| found.lambda[r]).collect();
     let mut shapes: Vec<Shape> =
         modes.iter().enumerate().skip(n_suspension).filter_map(|(k, m)| shape(k, m, &elastic, &lambda)).collect();
+    let motions = Motions { rigid, elastic, lambda };
     for s in &mut shapes {
-        s.densities = densities(s, &elastic, &rigid);
+        s.densities = densities(s, &motions);
     }
     Ok(Check {
         sensors,
         modes,
-        rigid: &rigid,
-        elastic: &elastic,
+        motions: &motions,
         groups: model.of_file().map_or_else(Vec::new, |m| groups(m, sensors)),
         shapes,
     }
@@ -223,8 +242,7 @@ fn groups(model: &Model, sensors: &[Sensor]) -> Vec<Vec<usize>> {
 struct Check<'a> {
     sensors: &'a [Sensor],
     modes: &'a [TestMode],
-    rigid: &'a DMatrix<f64>,
-    elastic: &'a DMatrix<f64>,
+    motions: &'a Motions,
     groups: Vec<Vec<usize>>,
     shapes: Vec<Shape>,
 }
@@ -241,17 +259,22 @@ impl Check<'_> {
         let n = self.sensors.len();
         let original: Vec<(DVector<f64>, DVector<f64>)> =
             self.shapes.iter().map(|s| (s.y.clone(), s.noise.clone())).collect();
-        let n_edits = 4 * n + n * n.saturating_sub(1) / 2 + self.groups.len();
+        let n_edits = 5 * n + n * n.saturating_sub(1) / 2 + self.groups.len();
         let threshold = (n_edits.max(1) as f64 / ALPHA).ln();
         let mut changes: Vec<(SensorChange, f64)> = Vec::new();
         let mut rivals: Vec<Vec<SensorChange>> = Vec::new();
         let mut dropped: Vec<usize> = Vec::new();
         while !self.shapes.is_empty() && changes.len() < n.div_ceil(4) {
             let ranked = self.ranked(&dropped, threshold - TEMPER * RIVAL);
-            let Some((best, evidence)) = ranked.first().cloned() else { break };
-            if evidence <= threshold {
+            let Some((_, evidence)) = ranked.first() else { break };
+            if *evidence <= threshold {
                 break;
             }
+            // Nothing is accused where the structure may as well be what differs.
+            let as_well = |(edit, e): &&(SensorChange, f64)| {
+                matches!(edit, SensorChange::Structure { .. }) && *e > evidence - TEMPER * RIVAL
+            };
+            let (best, evidence) = ranked.iter().find(as_well).unwrap_or(&ranked[0]).clone();
             let own = best.touches();
             let near = ranked.iter().skip(1).take_while(|(_, e)| *e > evidence - TEMPER * RIVAL);
             let mut others: Vec<SensorChange> = Vec::new();
@@ -345,7 +368,7 @@ impl Check<'_> {
                     let d = (s - 1.0) * y(m, k);
                     2.0 * d * state.x[m][k] + d * d * v(m, k, k)
                 };
-                note(4 * k, SensorChange::Turn { sensors: vec![k] }, self.total(state, |m| (scaled(m, -1.0), 0.0)));
+                note(5 * k, SensorChange::Turn { sensors: vec![k] }, self.total(state, |m| (scaled(m, -1.0), 0.0)));
                 let (mut slope, mut curve) = (0.0, 0.0);
                 for m in 0..m {
                     slope += y(m, k) * state.x[m][k];
@@ -357,23 +380,29 @@ impl Check<'_> {
                     // The entries are those of a density stretched by 1/s; s itself is estimated.
                     let value = self.total(state, |m| (scaled(m, factor), 0.0)) + m as f64 * factor.abs().ln()
                         - 0.5 * ((m * n).max(1) as f64).ln();
-                    note(4 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
+                    note(5 * k + 1, SensorChange::Scale { sensor: k, factor }, value);
                 }
                 let free = |m: usize| {
-                    let wide = (3.0 * self.shapes[m].rms).powi(2);
+                    let wide = (WIDE * self.shapes[m].rms).powi(2);
                     let own = v(m, k, k);
                     (-state.x[m][k].powi(2) * wide / (1.0 + wide * own), (1.0 + wide * own).ln())
                 };
-                note(4 * k + 2, SensorChange::Drop { sensor: k }, self.total(state, free));
+                note(5 * k + 2, SensorChange::Drop { sensor: k }, self.total(state, free));
                 // Noise about zero in its place: the others alone, and the entry by its own noise.
                 let factor = FACTORS[point % FACTORS.len()];
                 let dead = |m: usize| {
                     let (own, noise) = (v(m, k, k), factor * self.shapes[m].noise[k]);
                     ((y(m, k) / noise).powi(2) - state.x[m][k].powi(2) / own, own.ln() + 2.0 * noise.ln())
                 };
-                note(4 * k + 3, SensorChange::Dead { sensor: k }, self.total(state, dead));
+                note(5 * k + 3, SensorChange::Dead { sensor: k }, self.total(state, dead));
+                let force = |m: usize| {
+                    let h = self.shapes[m].force(k, point / FACTORS.len(), self.motions);
+                    let own = h.dot(&state.density[m].times_vector(&h));
+                    (-h.dot(&state.x[m]).powi(2) / (1.0 + own), own.ln_1p())
+                };
+                note(5 * k + 4, SensorChange::Structure { sensor: k }, self.total(state, force));
             }
-            at += 4 * n;
+            at += 5 * n;
             for k in 0..n {
                 for l in 0..k {
                     let form = |m: usize, between: f64| {
@@ -405,7 +434,6 @@ impl Check<'_> {
     }
 
     fn apply(&mut self, edit: &SensorChange, dropped: &mut Vec<usize>) {
-        let (elastic, rigid) = (self.elastic, self.rigid);
         for s in &mut self.shapes {
             match edit {
                 SensorChange::Turn { sensors } => sensors.iter().for_each(|&k| s.y[k] = -s.y[k]),
@@ -414,11 +442,16 @@ impl Check<'_> {
                 SensorChange::Dead { sensor } | SensorChange::Drop { sensor } => {
                     s.y[*sensor] = 0.0;
                     s.noise[*sensor] = NOTHING * s.rms;
-                    s.densities = densities(s, elastic, rigid);
+                    s.densities = densities(s, self.motions);
+                }
+                SensorChange::Structure { sensor } => {
+                    s.forces.push(*sensor);
+                    s.densities = densities(s, self.motions);
                 }
             }
         }
-        if let SensorChange::Dead { sensor } | SensorChange::Drop { sensor } = edit {
+        if let SensorChange::Dead { sensor } | SensorChange::Drop { sensor } | SensorChange::Structure { sensor } = edit
+        {
             dropped.push(*sensor);
         }
     }
@@ -446,22 +479,22 @@ impl Check<'_> {
 
     /// The momentum of a shape, before (entries and noise) and after the changes, with the noise and the errors of point `at`.
     fn momentum(&self, s: &Shape, before: &(DVector<f64>, DVector<f64>), at: usize) -> Option<ShapeMomentum> {
-        if self.rigid.ncols() == 0 {
+        if self.motions.rigid.ncols() == 0 {
             return None;
         }
         let (share, factor) = (&s.shares[at / FACTORS.len()], FACTORS[at % FACTORS.len()]);
-        let columns = columns(s, share, self.elastic, None);
+        let columns = columns(s, share, &self.motions.elastic, None);
         let allowed = (rigid_share(ERRORS[at / FACTORS.len()]) * s.amplitude).powi(2);
         // χ², its degrees of freedom, the share of rigid-body motion and its expectation.
         let seen = |y: &DVector<f64>, noise: &DVector<f64>| {
             let density = density(noise, factor, &columns);
-            let weighted = density.times(self.rigid);
-            let svd = self.rigid.tr_mul(&weighted).svd(true, false);
+            let weighted = density.times(&self.motions.rigid);
+            let svd = self.motions.rigid.tr_mul(&weighted).svd(true, false);
             let u = svd.u?;
             let largest = svd.singular_values.max();
             let right = weighted.tr_mul(y);
             let (mut chi_squared, mut dof, mut size, mut variance) = (0.0, 0, 0.0, 0.0);
-            let mut motion = DVector::zeros(self.rigid.ncols());
+            let mut motion = DVector::zeros(self.motions.rigid.ncols());
             for j in (0..svd.singular_values.len()).filter(|&j| svd.singular_values[j] > 1e-9 * largest) {
                 let value = u.column(j).dot(&right) / svd.singular_values[j];
                 let own = 1.0 / svd.singular_values[j] + allowed;
@@ -471,7 +504,7 @@ impl Check<'_> {
                 dof += 1;
                 motion += u.column(j) * value;
             }
-            let flexible = columns.tr_mul(&density.times_vector(&(y - self.rigid * motion)));
+            let flexible = columns.tr_mul(&density.times_vector(&(y - &self.motions.rigid * motion)));
             let b: f64 = (0..flexible.len()).map(|j| (flexible[j] * share[j] * s.amplitude).powi(2)).sum();
             Some((chi_squared, dof, size / (size + b), variance / (variance + b)))
         };

@@ -117,7 +117,7 @@ impl ObjectiveSpec {
             let path = child("terms", name);
             if spec.residuals.find(name).is_none() {
                 let suggestion = did_you_mean(name, spec.residuals.iter().map(Residual::name));
-                problems.push(Problem::error(&path, format_args!("`{name}` is no residual term{suggestion}")));
+                problems.push(Problem::error(&path, format_args!("`{name}` is not a residual term{suggestion}")));
             }
             if !(weight.is_finite() && *weight >= 0.0) {
                 problems.push(Problem::error(path, format_args!("{weight}: a factor is a number, zero or above")));

@@ -146,7 +146,7 @@ pub fn pretest(
     };
     let mut modes = lowest(n_modes)?;
     if modes.n_mechanism > 0 {
-        // Mechanisms are no targets.
+        // Mechanisms are not targets.
         modes = lowest(n_modes + modes.n_mechanism)?;
     }
     let named = name_modes(model, &theta, &modes).map_err(|e| failed(&e))?;

@@ -21,7 +21,7 @@ const FEW: usize = 30;
 /// How many times better another configuration is: parameters that are still to be updated leave much in every one.
 const FAR: f64 = 4.0;
 
-/// Something to tell that is no error.
+/// Something to tell that is not an error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Remark {
     /// What was done.

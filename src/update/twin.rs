@@ -10,7 +10,7 @@ pub use fault::TwinFault;
 
 use super::name_modes;
 use crate::catalogue::did_you_mean;
-use crate::correlation::{CorrelationError, observation_matrix_at};
+use crate::correlation::{CorrelationError, observation_matrix_at, rank_driving_points};
 use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, Standing, TestData, TestMode};
 use crate::element::Dof;
 use crate::fault::FaultError;
@@ -344,6 +344,32 @@ pub fn twin_frfs(
         estimate(&mut set, frf, &faults, options.seed);
     }
     Ok(set)
+}
+
+/// The sensor at which a force drives all modes of a band best, of those modes that any sensor sees.
+///
+/// [`rank_driving_points`] of the sensors; the first sensor where the band has no modes.
+///
+/// # Errors
+/// As [`twin_frfs`].
+pub fn driving_sensor(
+    model: &dyn ParametricModel,
+    theta: &[f64],
+    sensors: &[Sensor],
+    band_hz: (f64, f64),
+) -> Result<usize, TwinError> {
+    let options = TwinOptions { band_hz: Some(band_hz), ..TwinOptions::default() };
+    let modes = modes_of(model, theta, &options)?;
+    let observed = observation_matrix_at(model, sensors, theta)?;
+    let in_band: Vec<usize> =
+        modes.elastic().filter(|&r| (band_hz.0..=band_hz.1).contains(&modes.frequency_hz(r))).collect();
+    let phi = observed * modes.shapes.select_columns(&in_band);
+    // A mode that moves no sensor would choose by its rounding.
+    let least = UNSEEN * phi.amax();
+    let seen: Vec<usize> = (0..in_band.len()).filter(|&c| phi.column(c).amax() > least).collect();
+    let omega_squared: Vec<f64> = seen.iter().map(|&c| modes.lambda[in_band[c]]).collect();
+    let best = rank_driving_points(&phi.select_columns(&seen), &omega_squared);
+    Ok(best.first().map_or(0, |p| p.candidate))
 }
 
 /// Replaces exact functions by estimates from noisy averages.

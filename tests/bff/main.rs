@@ -108,16 +108,16 @@ fn at<'a>(reference: &'a Value, path: &str) -> &'a Value {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 fn vector(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap_or_else(|| panic!("{value} is no list")).iter().map(number).collect()
+    value.as_array().unwrap_or_else(|| panic!("{value} is not a list")).iter().map(number).collect()
 }
 
 fn matrix(value: &Value) -> DMatrix<f64> {
     let rows: Vec<Vec<f64>> =
-        value.as_array().unwrap_or_else(|| panic!("{value} is no list")).iter().map(vector).collect();
+        value.as_array().unwrap_or_else(|| panic!("{value} is not a list")).iter().map(vector).collect();
     DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 

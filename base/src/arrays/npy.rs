@@ -41,7 +41,7 @@ impl Array {
 #[non_exhaustive]
 pub enum NpyError {
     /// Not the format.
-    #[error("this is no .npy file of version 1, 2 or 3: {0}")]
+    #[error("this is not a .npy file of version 1, 2 or 3: {0}")]
     Header(&'static str),
     /// A type that is not read.
     #[error("values of type `{}`; read are integers, booleans, floats and complex numbers of up to 64 bits a part: `numpy.save(name, array.astype('f8'))`, or 'c16'", .0.escape_debug())]

@@ -14,7 +14,7 @@ use rawzip::{CompressionMethod, ZipArchive, ZipVerification};
 #[non_exhaustive]
 pub enum NpzError {
     /// Not the format, or damaged.
-    #[error("this is no sound ZIP archive: {0}")]
+    #[error("this is not a sound ZIP archive: {0}")]
     Archive(String),
     /// A ZIP archive of something else.
     #[error("this is a ZIP archive without arrays of NumPy (`name.npy`), so no .npz file")]
@@ -77,7 +77,7 @@ fn read_within(bytes: &[u8], limit: usize) -> Result<Vec<(String, Array)>, NpzEr
     unfold(bytes, limit, |_, _| false)
 }
 
-/// * `taken` - whether an entry, by its name and its bytes, is no array to be read
+/// * `taken` - whether an entry, by its name and its bytes, is not an array to be read
 fn unfold(
     bytes: &[u8],
     limit: usize,

@@ -81,9 +81,9 @@ impl fmt::Display for Date {
     }
 }
 
-/// Why a text is no date.
+/// Why a text is not a date.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no day: expected year, month and day such as `2014-05-22`")]
+#[error("`{0}` is not a day: expected year, month and day such as `2014-05-22`")]
 pub struct NoDate(String);
 
 impl FromStr for Date {

@@ -146,7 +146,7 @@ impl FrfSet {
         dropped
     }
 
-    /// How many values of the measured functions are no numbers, and how many values these functions have.
+    /// How many values of the measured functions are not numbers, and how many values these functions have.
     pub fn missing(&self) -> (usize, usize) {
         let (mut missing, mut all) = (0, 0);
         for reference in 0..self.references.len() {

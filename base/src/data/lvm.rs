@@ -28,13 +28,13 @@ pub struct LvmChannel {
 #[non_exhaustive]
 pub enum LvmError {
     /// Not the format.
-    #[error("this is no LabVIEW measurement file: the first line is not `LabVIEW Measurement`")]
+    #[error("this is not a LabVIEW measurement file: the first line is not `LabVIEW Measurement`")]
     NotLvm,
     /// No end of a header.
     #[error("the file ends before `***End_of_Header***` of the segment")]
     NoHeaderEnd,
-    /// A cell that is no number.
-    #[error("line {line}, column {column}: `{text}` is no number")]
+    /// A cell that is not a number.
+    #[error("line {line}, column {column}: `{text}` is not a number")]
     Cell {
         /// Line of the file.
         line: usize,

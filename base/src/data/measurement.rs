@@ -60,7 +60,7 @@ pub struct MeasurementOptions {
 pub struct Measurements {
     /// Frequency response functions.
     pub frfs: Option<FrfSet>,
-    /// Spectra that are no frequency response functions.
+    /// Spectra that are not frequency response functions.
     pub spectra: Vec<Spectrum>,
     /// Modes that the files themselves hold: shapes at points.
     pub modes: Option<ModalSet>,
@@ -157,7 +157,7 @@ pub fn read_measurements_by(
         return Err(ConvertError::Contradiction {
             option: "unit",
             wanted: unit.clone(),
-            said: "the unit of each function itself, for it is no table".to_string(),
+            said: "the unit of each function itself, for it is not a table".to_string(),
             remedy: "the units of universal files are answered by `--units`".to_string(),
         }
         .into());

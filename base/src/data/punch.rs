@@ -29,7 +29,7 @@ pub enum PunchError {
         /// What should.
         expected: &'static str,
     },
-    /// Output that is no real eigenvector.
+    /// Output that is not a real eigenvector.
     #[error("line {line}: complex output; only real eigenvectors (`$REAL OUTPUT`) are read")]
     Complex {
         /// Line of the file, from 1.

@@ -1,4 +1,4 @@
-//! Spectra that are no frequency response functions.
+//! Spectra that are not frequency response functions.
 
 use super::Channel;
 use retune_linalg::Complex;

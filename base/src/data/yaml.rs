@@ -167,7 +167,7 @@ impl<'de> Deserialize<'de> for DirectionSpec {
                 let mut v = [0.0; 3];
                 let i = ["x", "y", "z"].iter().position(|a| a.as_bytes() == axis).ok_or_else(|| {
                     E::custom(format!(
-                        "`{text}` is no direction: expected `+x`, `-x` ... `-z`, or a vector `[x, y, z]`"
+                        "`{text}` is not a direction: expected `+x`, `-x` ... `-z`, or a vector `[x, y, z]`"
                     ))
                 })?;
                 v[i] = sign;
@@ -280,6 +280,20 @@ pub fn read_test(text: &str) -> Result<(TestData, Vec<Problem>), Vec<Problem>> {
     if problems.iter().any(|p| p.severity == Severity::Error) { Err(problems) } else { Ok((data, problems)) }
 }
 
+/// For modes that the file does not give by ascending frequency: everything counts them so.
+fn counted_otherwise(modes: &[TestMode]) -> Option<String> {
+    let mut order: Vec<usize> = (0..modes.len()).collect();
+    order.sort_by(|&a, &b| modes[a].frequency_hz.value.total_cmp(&modes[b].frequency_hz.value));
+    // Of those that have changed places, the one that has moved farthest.
+    let moved = (0..order.len()).filter(|&k| order[k] != k).max_by_key(|&k| (order[k].abs_diff(k), order.len() - k))?;
+    Some(format!(
+        "modes are counted by ascending frequency, and the file gives them in another order: mode {} is number {} of the file, at {:.4} Hz",
+        moved + 1,
+        order[moved] + 1,
+        modes[order[moved]].frequency_hz.value
+    ))
+}
+
 /// JSON Schema of test files.
 pub fn schema() -> serde_json::Value {
     schemars::schema_for!(TestSpec).to_value()
@@ -378,6 +392,7 @@ impl Reader<'_> {
             );
             self.problems.push(Problem::warning("modes", text));
         }
+        self.problems.extend(counted_otherwise(&modes).map(|text| Problem::warning("modes", text)));
         modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
         let mass_properties = spec.mass_properties.iter().filter_map(|(name, p)| self.mass_property(name, p)).collect();
         let static_tests = spec.static_tests.iter().map(|(name, t)| self.static_test(name, t)).collect();

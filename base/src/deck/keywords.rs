@@ -286,7 +286,7 @@ impl Pass {
             };
             let key: String = key.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_uppercase();
             if parameters.iter().any(|p| p.name == key) {
-                return Err(self.error(file, line, head, &format!("the parameter `{}` stands twice", shown(&key))));
+                return Err(self.error(file, line, head, &format!("the parameter `{}` is defined twice", shown(&key))));
             }
             parameters.push(Parameter { name: key, value });
         }

@@ -47,7 +47,7 @@ impl Source {
         &self.text
     }
 
-    /// Whether its bytes are no UTF-8 and were read as Latin-1.
+    /// Whether its bytes are not UTF-8 and were read as Latin-1.
     pub fn is_latin(&self) -> bool {
         self.is_latin
     }

@@ -64,7 +64,7 @@ SUBCASE 2
 BEGIN BULK
 GRID,1
 ENDDATA 123
-this is no card, and nobody reads it
+this is not a card, and nobody reads it
 ";
     let deck = deck(text).unwrap();
     assert_eq!(deck.solution(), Some("103"));

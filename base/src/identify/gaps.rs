@@ -26,7 +26,7 @@ pub struct Gap {
 /// The functions that lack some of `lines`, and the lines that all kept functions have.
 ///
 /// Functions are taken in the order of what they lack; each is kept while the lines left out are at most a tenth. A function without any
-/// value was not measured and is no gap.
+/// value was not measured and is not a gap.
 ///
 /// # Errors
 /// A set whose lengths disagree.

@@ -1,4 +1,4 @@
-//! Modes just outside the band: poles of the fit that are no result.
+//! Modes just outside the band: poles of the fit that are not a result.
 //!
 //! The series of the residual terms converge slowly where a mode lies a few percent beyond an end of the band, and what they
 //! leave bends the shapes inside. So where the band itself ends, one pole on each side is tried beside the terms:

@@ -16,7 +16,7 @@
 //!   are; 6, 10 and 18 channels of noise reach it with a chance of 5e-2, 5e-3 and 5e-5.
 //! - it stands for at least [`LEAST_CONTRIBUTION`] of the power at its own resonance. Below that the flanks of other modes
 //!   hold nine tenths, and a misfit of a few percent of theirs makes a resonance of its own.
-//! - it is no copy: no stronger mode within 5 % of its frequency has the same shape (MAC above 0.9, six channels at least).
+//! - it is not a copy: no stronger mode within 5 % of its frequency has the same shape (MAC above 0.9, six channels at least).
 //!   A structure that shifts between hits, or a hit that rebounds, leaves satellites with the shape of the true mode.
 //!
 //! Candidates that fail are listed with the reason.

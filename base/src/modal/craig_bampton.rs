@@ -16,7 +16,7 @@ use retune_linalg::DMatrix;
 /// * `n_modes` - at most as many as there are other rows
 ///
 /// # Errors
-/// A row that is not there, or stands twice; an inside that moves with the boundary held.
+/// A row that is not there, or is defined twice; an inside that moves with the boundary held.
 ///
 /// Source: R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6, 1968.
 pub fn craig_bampton(

@@ -126,7 +126,7 @@ impl Symmetric for DMatrix<f64> {
     }
 }
 
-/// Force on a dof, of its terms, that is no rounding: a support beside it holds the motion.
+/// Force on a dof, of its terms, that is not rounding: a support beside it holds the motion.
 const LEAST_SUPPORT: f64 = 1e-6;
 
 /// M-orthonormal rigid-body modes: the combinations of rigid motions that cost no strain energy and move mass.
@@ -226,7 +226,7 @@ fn shift_by_search(
         let values = lowest_values(stiffness, mass, n_rigid + 12, shift)?;
         let mut values: Vec<f64> = values.iter().copied().collect();
         values.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
-        // The first λ beyond the rigid ones that is no rounding noise of the shift.
+        // The first λ beyond the rigid ones that is not rounding noise of the shift.
         let Some(first) = values.into_iter().skip(n_rigid).find(|v| *v > 1e-9 * shift) else { return Ok(shift) };
         let ratio = first / shift;
         shift = first;

@@ -49,7 +49,7 @@ fn may_be_unstable(error: &ModalError) -> bool {
     matches!(error, ModalError::Linalg(NotPositiveDefinite { .. } | NoConvergence { .. } | MissedModes { .. }))
 }
 
-/// Refuses modes with a negative λ that is no rounding:
+/// Refuses modes with a negative λ that is not rounding:
 ///
 /// ```text
 /// λ < -10 ε |φ|ᵀ|K||φ|

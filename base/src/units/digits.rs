@@ -36,7 +36,7 @@ pub(super) fn look_alike(text: &str) -> Option<String> {
     let c = text
         .chars()
         .find(|c| matches!(c, '\u{2010}'..='\u{2015}' | '\u{ad}' | '\u{fe63}' | '\u{2212}' | '\u{ff0d}'))?;
-    Some(format!("`{c}` (U+{:04X}) is no minus sign; write `-`", c as u32))
+    Some(format!("`{c}` (U+{:04X}) is not a minus sign; write `-`", c as u32))
 }
 
 #[cfg(test)]
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_dash_is_named() {
-        assert_eq!(look_alike("\u{2013}60 cm").as_deref(), Some("`–` (U+2013) is no minus sign; write `-`"));
+        assert_eq!(look_alike("\u{2013}60 cm").as_deref(), Some("`–` (U+2013) is not a minus sign; write `-`"));
         assert_eq!(look_alike("-60 cm"), None);
     }
 }

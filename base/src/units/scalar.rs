@@ -126,7 +126,7 @@ impl Scalar {
     }
 }
 
-/// Why a text is no scalar.
+/// Why a text is not a scalar.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScalarError {
@@ -236,7 +236,7 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
                 term.factor *= unit.factor.powi(power);
                 let d = term.dimension.unwrap_or_default();
                 let u = unit.dimension;
-                // Two units in a term multiply to something that is no plain frequency.
+                // Two units in a term multiply to something that is not a plain frequency.
                 term.turns = unit.turns.filter(|_| term.dimension.is_none() && !divide);
                 term.dimension = Some(if divide { d.quotient(u) } else { d.product(u) });
             }
@@ -249,7 +249,7 @@ fn parse_term(text: &str) -> Result<Term, TermError> {
             }
             if divide {
                 return Err(TermError::Why(match two_units(name) {
-                    Some((a, b)) => format!("`{name}` is no unit: write `/({a} {b})`"),
+                    Some((a, b)) => format!("`{name}` is not a unit: write `/({a} {b})`"),
                     None => format!("a parameter cannot stand below a fraction bar, as `{name}` does"),
                 }));
             }
@@ -276,7 +276,7 @@ fn or_product(error: UnitError, digits: &str, word: &str) -> UnitError {
     let is_word = word.starts_with(char::is_alphabetic) && word.chars().all(is_name);
     let is_open = match &error {
         UnitError::Unknown { suggestion, .. } => suggestion.is_empty(),
-        // Of a unit these characters are no part.
+        // Of a unit these characters are not part.
         UnitError::Malformed { .. } => word.contains(['_', '@', ':']) || word.ends_with(|c: char| c.is_ascii_digit()),
         UnitError::Mismatch { .. } => false,
     };
@@ -456,7 +456,7 @@ mod tests {
         for (text, message) in [
             ("a*b", format!("`a*b` {prefix}: `a` times `b` is a product of parameters, and a term has one")),
             ("2/a", format!("`2/a` {prefix}: a parameter cannot stand below a fraction bar, as `a` does")),
-            ("2e-5 rad/Nm", format!("`2e-5 rad/Nm` {prefix}: `Nm` is no unit: write `/(N m)`")),
+            ("2e-5 rad/Nm", format!("`2e-5 rad/Nm` {prefix}: `Nm` is not a unit: write `/(N m)`")),
             ("2 +", format!("`2 +` {prefix}: a term is missing after a sign")),
             ("a b", format!("`a b` {prefix}: expected `*`, `/`, `+` or `-` before `b`")),
             ("1e999", format!("`1e999` {prefix}: it is beyond the largest number")),

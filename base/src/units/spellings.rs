@@ -114,6 +114,6 @@ mod tests {
             assert!((Scalar::parse(text).unwrap().constant_in("m").unwrap() - value).abs() < 1e-15, "{text}");
         }
         let error = Scalar::parse("\u{2013}60 cm").unwrap_err().to_string();
-        assert!(error.ends_with("`–` (U+2013) is no minus sign; write `-`"), "{error}");
+        assert!(error.ends_with("`–` (U+2013) is not a minus sign; write `-`"), "{error}");
     }
 }

@@ -111,7 +111,7 @@ const ANGLES: [&str; 5] = ["rad", "mrad", "deg", "°", "rev"];
 /// Units that count turns in a time.
 const TURNS: [&str; 5] = ["Hz", "mHz", "kHz", "MHz", "rpm"];
 
-/// Why a text is no unit, or not the one needed.
+/// Why a text is not a unit, or not the one needed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UnitError {

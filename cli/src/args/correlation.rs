@@ -68,10 +68,10 @@ pub(crate) struct Pretest {
     #[command(flatten)]
     pub(crate) model: OneModel,
     /// Number of target modes; six when absent, or as many as there are places for sensors.
-    #[arg(short = 'n', long, value_parser = clap::value_parser!(u16).range(1..=200))]
+    #[arg(short = 'n', long, value_parser = values::count(1, 200))]
     pub(crate) modes: Option<u16>,
     /// Number of sensors to choose; when absent twice the modes, or as many as there are places.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = values::count(1, u16::MAX))]
     pub(crate) sensors: Option<u16>,
     /// How they are chosen; all ways side by side when absent.
     #[arg(long, value_name = "WAY", value_parser = values::choice::<Placement>())]
@@ -106,7 +106,7 @@ pub(crate) struct Sensitivity {
     #[arg(value_name = "TEST")]
     pub(crate) tests: Vec<PathBuf>,
     /// Number of modes.
-    #[arg(short = 'n', long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=200))]
+    #[arg(short = 'n', long, default_value_t = 6, value_parser = values::count(1, 200))]
     pub(crate) modes: u16,
     /// Damping ratio of the functions.
     #[arg(long, default_value = "1 %", value_name = "RATIO", allow_hyphen_values = true, value_parser = values::damping)]

@@ -38,7 +38,7 @@ pub(crate) struct Import {
     #[arg(long, value_name = "SYSTEM", value_parser = values::system)]
     pub(crate) units: Option<&'static System>,
     /// The subcase whose constraints hold; the first when absent. Of Abaqus and CalculiX the step; the first with frequencies when absent.
-    #[arg(long, value_name = "N", visible_alias = "step")]
+    #[arg(long, value_name = "N", visible_alias = "step", value_parser = values::whole::<u32>)]
     pub(crate) subcase: Option<u32>,
     /// Whose deck an `.inp` is, `abaqus` or `calculix`: masses of first-order elements are lumped in Abaqus, consistent in CalculiX.
     #[arg(long, value_name = "SOLVER", default_value = Solver::Abaqus.word(), value_parser = values::choice::<Solver>())]

@@ -142,31 +142,31 @@ pub(crate) struct Benchmark {
     #[arg(long, value_name = "NAME")]
     pub(crate) structure: Vec<String>,
     /// Twins with nothing missing, on each structure.
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, value_parser = values::whole::<usize>)]
     pub(crate) null: usize,
     /// Places and sizes of every effect, on each structure.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = values::whole::<usize>)]
     pub(crate) effects: usize,
     /// Sensors with every fault, on each structure.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = values::whole::<usize>)]
     pub(crate) faults: usize,
     /// Twins with every change outside the catalogue, on each structure.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = values::whole::<usize>)]
     pub(crate) outside: usize,
     /// Modes of no structure that are added to every test.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = values::whole::<usize>)]
     pub(crate) foreign: usize,
     /// Sensors of a test, as far as a structure has places for them.
-    #[arg(long, default_value_t = 28)]
+    #[arg(long, default_value_t = 28, value_parser = values::whole::<usize>)]
     pub(crate) sensors: usize,
     /// Modes of a test, at most.
-    #[arg(long, default_value_t = 8)]
+    #[arg(long, default_value_t = 8, value_parser = values::whole::<usize>)]
     pub(crate) modes: usize,
     /// The noise that is there, over the one that the test states.
     #[arg(long, default_value_t = 1.0, value_parser = values::positive)]
     pub(crate) noise_factor: f64,
     /// Seed of all random numbers.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = values::whole::<u64>)]
     pub(crate) seed: u64,
     /// Print every case.
     #[arg(long)]

@@ -52,7 +52,7 @@ pub(crate) struct Export {
     #[arg(long, value_name = "TEST", requires = "reduce", conflicts_with = "at", num_args = 1..)]
     pub(crate) test: Vec<PathBuf>,
     /// Number of modes of SEREP or Craig-Bampton.
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=2000))]
+    #[arg(long, default_value_t = 20, value_parser = values::count(1, 2000))]
     pub(crate) modes: u16,
     /// Configuration of the model: a name under its `configurations`.
     #[arg(long, value_name = "NAME", conflicts_with = "into")]

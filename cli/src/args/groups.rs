@@ -51,7 +51,7 @@ pub(crate) struct Print {
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct Random {
     /// Seed of all random numbers.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, value_parser = values::whole::<u64>)]
     pub(crate) seed: u64,
 }
 

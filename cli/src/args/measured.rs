@@ -113,10 +113,10 @@ pub(crate) struct Identify {
     #[arg(long, default_value_t = 10.0, value_name = "DB", value_parser = values::not_negative)]
     pub(crate) peak_height: f64,
     /// Poles of the highest model order of each octave.
-    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u16).range(2..=400))]
+    #[arg(long, default_value_t = 40, value_parser = values::count(2, 400))]
     pub(crate) order: u16,
     /// How many of the lowest modes are rigid-body modes on the suspension: checked as such, not written.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = values::whole::<u16>)]
     pub(crate) suspension: u16,
     /// Exponential window that was laid over the signals, whose damping is taken out: its rate, `5 1/s`, or time constant, `0.2 s`; `none`
     /// leaves it in. By dataset 1858 of a universal file when absent.
@@ -170,7 +170,7 @@ pub(crate) struct Health {
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::hertz)]
     pub(crate) band: Option<Vec<f64>>,
     /// How many of the lowest modes are rigid-body modes on the suspension.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = values::whole::<u16>)]
     pub(crate) suspension: u16,
     /// Model that judges signs, swaps and gains of the sensors in place of their neighbours; it need not be updated.
     #[arg(long)]
@@ -230,15 +230,15 @@ pub(crate) struct Twin {
     #[arg(long, value_name = "TEST")]
     pub(crate) sensors: Option<PathBuf>,
     /// Largest number of modes.
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
+    #[arg(long, default_value_t = 10, value_parser = values::count(1, 2000))]
     pub(crate) modes: u16,
     /// Band of modes and functions, Hz.
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = values::hertz)]
     pub(crate) band: Option<Vec<f64>>,
     /// Frequency lines of the functions.
-    #[arg(long, requires = "frf", default_value_t = 1025, value_parser = clap::value_parser!(u16).range(2..))]
+    #[arg(long, requires = "frf", default_value_t = 1025, value_parser = values::count(2, u16::MAX))]
     pub(crate) lines: u16,
-    /// Sensors at which the force acts, one after the other; the first sensor when absent.
+    /// Sensors at which the force acts, one after the other; where it drives the modes of the band best when absent.
     #[arg(long, requires = "frf", num_args = 1.., value_name = "SENSOR")]
     pub(crate) exciter: Vec<String>,
     /// What the functions are; accelerance when absent.
@@ -260,7 +260,7 @@ pub(crate) struct Twin {
     #[arg(long, requires = "frf", default_value = "0 %", value_name = "SHARE", allow_hyphen_values = true, value_parser = values::share)]
     pub(crate) noise_response: Share,
     /// Averages of the functions.
-    #[arg(long, requires = "frf", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=10000))]
+    #[arg(long, requires = "frf", default_value_t = 16, value_parser = values::count(1, 10000))]
     pub(crate) averages: u16,
     /// Damping ratio of every mode; by default the model's own damping, 1 % where it has none.
     #[arg(long, value_name = "RATIO", allow_hyphen_values = true, value_parser = values::damping)]

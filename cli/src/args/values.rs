@@ -7,6 +7,7 @@ use retune::catalogue::Choice;
 use retune::correlation::PairBy;
 use retune::units::Scalar;
 use retune::update::HowToPair;
+use std::str::FromStr;
 use std::time::Duration;
 
 /// A word of one of the library's lists of alternatives.
@@ -25,6 +26,22 @@ pub(super) fn rule() -> impl TypedValueParser<Value = Rule> {
     let others = PairBy::ALL.iter().map(|(_, word, about)| (*word, *about));
     let words = std::iter::once(HowToPair::PROBABLE).chain(others).map(help);
     PossibleValuesParser::new(words).try_map(|word| HowToPair::by_word(&word).map(Rule))
+}
+
+/// A whole number, zero or above.
+pub(super) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.trim().parse().map_err(|_| "a whole number, 0 or above, is expected".to_string())
+}
+
+/// A number of things, from one number to another.
+pub(super) fn count(low: u16, high: u16) -> impl Fn(&str) -> Result<u16, String> + Clone {
+    move |text| {
+        let value = text.trim().parse::<u16>().ok().filter(|n| (low..=high).contains(n));
+        value.ok_or_else(|| match high {
+            u16::MAX => format!("a whole number, {low} or above, is expected"),
+            _ => format!("a whole number from {low} to {high} is expected"),
+        })
+    }
 }
 
 fn number(text: &str) -> Result<f64, String> {

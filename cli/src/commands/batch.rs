@@ -27,7 +27,7 @@ pub(crate) struct Done {
 }
 
 impl Done {
-    /// From a line; nothing where it is no result.
+    /// From a line; nothing where it is not a result.
     pub(crate) fn from_line(line: &str) -> Option<Self> {
         let content: Value = serde_json::from_str(line).ok()?;
         let has = |name: &str| content.get(name).is_some();

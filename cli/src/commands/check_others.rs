@@ -1,4 +1,4 @@
-//! `retune check` of files that are no models: tests, objectives, criteria profiles.
+//! `retune check` of files that are not models: tests, objectives, criteria profiles.
 
 use crate::args::Check;
 use crate::files::{self, Kind};
@@ -14,7 +14,7 @@ use serde_json::json;
 /// Keys of an objective file: one without others is none of a model.
 const OBJECTIVE: [&str; 4] = ["terms", "loss", "regularization", "limits"];
 
-/// The answer for a file that is no model; `None` for a model, and for what is neither.
+/// The answer for a file that is not a model; `None` for a model, and for what is neither.
 pub(super) fn answer(args: &Check, text: &str) -> Option<Result<u8, Failure>> {
     let lines = || text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let found = if files::kind(&args.model.path) == Some(Kind::Test) {

@@ -47,7 +47,13 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
         let found = diagnosis(&d, &first.model, &together);
         let style = style(&std::io::stdout());
         let pairs: String = d.pairs.iter().zip(&all).map(|(p, t)| base_pairs(p, &t.test, &style)).collect();
-        print(&(head(&model.spec().name, &all) + "\n" + &text::diagnosis(&found, &style) + "\n" + &pairs));
+        print(
+            &(head(&model.spec().name, &all)
+                + "\n"
+                + &text::diagnosis(&found, [&shown(&args.model), &shown(&args.tests.paths[0])], &style)
+                + "\n"
+                + &pairs),
+        );
     }
     if let Some(path) = &args.output {
         let text = serde_json::to_string_pretty(&d)? + "\n";

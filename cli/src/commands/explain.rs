@@ -16,7 +16,7 @@ use retune_report::text::{Align, Style, Table};
 /// Members that are named, in a hint.
 const RELATED: usize = 6;
 
-/// What there is about a word that is no name: the verb of that name, or members whose names or summaries have it.
+/// What there is about a word that is not a name: the verb of that name, or members whose names or summaries have it.
 fn related(word: &str) -> Result<Option<String>, Failure> {
     if members(ListOf::Verbs)?.iter().any(|(verb, _)| verb == word) {
         return Ok(Some(format!("`{word}` is a verb: `retune {word} --help` tells about it")));

@@ -15,7 +15,7 @@ pub(crate) fn run(args: &Export, into: &Path) -> Result<u8, Failure> {
     let sources = deck.sources();
     if let Some(latin) = sources.iter().find(|s| s.is_latin()) {
         let text = format!(
-            "{}: it is no UTF-8 but perhaps Latin-1; save it as UTF-8, so that every byte can be kept",
+            "{}: it is not UTF-8 but perhaps Latin-1; save it as UTF-8, so that every byte can be kept",
             latin.name()
         );
         return Err(Failure::text(text));

@@ -91,7 +91,7 @@ fn nodes(args: &Export, model: &Model) -> Result<Vec<usize>, Failure> {
             }
         }
         if !left_out.is_empty() {
-            note!("sensors that stand on elements are no nodes and are left out: {}", left_out.join(", "));
+            note!("sensors that stand on elements are not nodes and are left out: {}", left_out.join(", "));
         }
     }
     for name in &args.at {

@@ -126,7 +126,7 @@ fn in_words(
         }
         say(why_it_ends(learned, last, limit));
         out.push('\n');
-        out += &text::diagnosis(&diagnosis(&last.diagnosis, &last.model, test), &style);
+        out += &text::diagnosis(&diagnosis(&last.diagnosis, &last.model, test), text::FILES, &style);
     }
     out
 }

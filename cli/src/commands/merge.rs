@@ -37,7 +37,7 @@ fn results(args: &Merge) -> Result<Option<Vec<Done>>, Failure> {
         let text = files::read_at_most(path, LARGEST_SHARD)?;
         let done = Done::from_line(&text)
             .filter(|done| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == done.key));
-        done.ok_or_else(|| Failure::text(format!("{}: it is no result of `retune batch`", shown(path))))
+        done.ok_or_else(|| Failure::text(format!("{}: it is not a result of `retune batch`", shown(path))))
     };
     args.files.iter().map(one).collect::<Result<Vec<_>, _>>().map(Some)
 }

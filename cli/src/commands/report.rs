@@ -163,9 +163,10 @@ fn history_of(path: &Path) -> Result<History, Failure> {
     }
     let text = files::read_at_most(path, LARGEST_HISTORY)?;
     let wrong = |e: &dyn std::fmt::Display| {
-        Failure::text(format!("{} is no output of `retune learn --json`: {e}", path.display()))
+        Failure::text(format!("{} is not an output of `retune learn --json`: {e}", path.display()))
     };
-    let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
+    let mut value: serde_json::Value =
+        serde_json::from_str(&text).map_err(|e| wrong(&format_args!("it is not JSON ({e})")))?;
     let steps = value.get_mut("steps").map(serde_json::Value::take).ok_or_else(|| wrong(&"it has no `steps`"))?;
     Ok(History::Steps(serde_json::from_value(steps).map_err(|e| wrong(&e))?))
 }

@@ -11,7 +11,9 @@ use retune::data::convert::{frf_file, geometry_file};
 use retune::data::uff::{self, Dataset, Storage, UniversalFile};
 use retune::data::{FrfQuantity, FrfSet, Geometry, Point, Sensor, csv, write_test};
 use retune::model::{Model, ParametricModel};
-use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+use retune::update::{
+    TwinFault, TwinFrfOptions, TwinOptions, TwinStory, driving_sensor, node_sensors, twin_frfs, twin_modes,
+};
 use retune::yaml::SourceMap;
 use retune_report::answer;
 use std::path::Path;
@@ -113,7 +115,9 @@ fn theta(model: &Model, set: &[String]) -> Result<Vec<f64>, Failure> {
         let (name, value) =
             text.split_once('=').ok_or_else(|| Failure::text(format!("--set {text}: expected `parameter=value`")))?;
         let index = parameters.index_of(name.trim()).ok_or_else(|| {
-            Failure::text(format!("--set: no parameter `{name}`{}", did_you_mean(name, parameters.names())))
+            let names = parameters.names().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+            let suggestion = did_you_mean(name, parameters.names());
+            Failure::text(format!("--set: there is no parameter `{name}`{suggestion}; the model has {names}"))
         })?;
         theta[index] = parameter_value("--set", value, parameters.get(index))?;
     }
@@ -131,17 +135,13 @@ fn functions(
         return Err(Failure::text("functions need a band: give `--band LOW HIGH`"));
     };
     let n = usize::from(args.lines);
-    let exciters: Vec<String> = if args.exciter.is_empty() {
-        sensors.first().map(|s| s.name.clone()).into_iter().collect()
+    let exciters: Vec<String> = if args.exciter.is_empty() && !sensors.is_empty() {
+        let best = sensors[driving_sensor(model, theta, sensors, (low, high))?].name.clone();
+        note!("the force acts at {best}, where it drives the modes of the band best; `--exciter` chooses another");
+        vec![best]
     } else {
         args.exciter.clone()
     };
-    if args.exciter.is_empty() && sensors.len() > 1 {
-        note!(
-            "the force acts at {}, the first sensor, and leaves still what it does not move; `--exciter` chooses",
-            exciters.join("")
-        );
-    }
     let frf = TwinFrfOptions {
         lines_hz: (0..n).map(|k| low + (high - low) * k as f64 / (n - 1) as f64).collect(),
         exciters,

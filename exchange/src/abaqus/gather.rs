@@ -143,14 +143,14 @@ impl Gather {
             "MATERIAL" => {
                 let name = k.needs("NAME")?;
                 if self.out.materials.insert(name.clone(), vec![index]).is_some() {
-                    return Err(k.error(format_args!("the material `{name}` stands twice")));
+                    return Err(k.error(format_args!("the material `{name}` is defined twice")));
                 }
                 self.material = Some(name);
             }
             "CONNECTORBEHAVIOR" => {
                 let name = k.needs("NAME")?;
                 if self.out.behaviors.insert(name.clone(), Vec::new()).is_some() {
-                    return Err(k.error(format_args!("the connector behavior `{name}` stands twice")));
+                    return Err(k.error(format_args!("the connector behavior `{name}` is defined twice")));
                 }
                 self.behavior = Some(name);
             }
@@ -223,7 +223,7 @@ impl Gather {
         }
         let body = self.out.bodies.len();
         if self.parts.insert(name.clone(), body).is_some() {
-            return Err(k.error(format_args!("the part `{name}` stands twice")));
+            return Err(k.error(format_args!("the part `{name}` is defined twice")));
         }
         self.out.bodies.push(Body::default());
         self.scope = Scope::Part(body);
@@ -239,7 +239,7 @@ impl Gather {
         }
         let name = k.needs("NAME")?;
         if self.out.instances.iter().any(|i| i.name == name) {
-            return Err(k.error(format_args!("the instance `{name}` stands twice")));
+            return Err(k.error(format_args!("the instance `{name}` is defined twice")));
         }
         let part = k.needs("PART")?;
         let Some(&body) = self.parts.get(&part) else {
@@ -292,7 +292,9 @@ impl Gather {
             if index == next {
                 body.nodes.push((id, p));
             } else if body.nodes[index as usize].1 != p {
-                return Err(line.error(Some((0, "node")), format_args!("the node {id} stands twice, at two places")));
+                return Err(
+                    line.error(Some((0, "node")), format_args!("the node {id} is defined twice, at two places"))
+                );
             }
             set.push(At { instance: OWN, index });
         }
@@ -313,7 +315,7 @@ impl Gather {
             let body = &mut self.out.bodies[own];
             let (index, first) = (body.elements.len() as u32, body.connectivity.len() as u32);
             if body.element_at.insert(id, index).is_some() {
-                return Err(line.error(Some((0, "element")), format_args!("the element {id} stands twice")));
+                return Err(line.error(Some((0, "element")), format_args!("the element {id} is defined twice")));
             }
             let (mut of, mut item) = (line, 1);
             for n in 0..kind.nodes {

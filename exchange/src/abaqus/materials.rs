@@ -44,7 +44,7 @@ pub(super) fn read(importer: &mut Importer<'_>, keywords: &[usize]) -> Result<Ma
             "ELASTIC" => {
                 let (constants, is_interpolated) = elastic(importer, &k)?;
                 out.elastic = Some(constants);
-                // What is interpolated is no item of the deck.
+                // What is interpolated is not an item of the deck.
                 out.elastic_at = Some(*index).filter(|_| !is_interpolated);
             }
             _ => {}
@@ -204,7 +204,7 @@ impl Importer<'_> {
         is_shell: bool,
         values: &mut Values,
     ) -> Result<(), DeckError> {
-        // Constants of a stiffness matrix are no items of the deck.
+        // Constants of a stiffness matrix are not items of the deck.
         let computed = material.elastic_at.is_some_and(|k| {
             self.deck.keyword(k).label("TYPE").is_some_and(|t| t.starts_with("ORTHO") || t.starts_with("ANISO"))
         });

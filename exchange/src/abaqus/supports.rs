@@ -148,7 +148,7 @@ fn dofs(line: &DataLine<'_>) -> Result<([bool; 6], bool), DeckError> {
     if text.starts_with(|c: char| c.is_ascii_alphabetic()) {
         let Some((_, held)) = TYPES.iter().find(|t| t.0 == text) else {
             let suggestion = did_you_mean(&text, TYPES.iter().map(|t| t.0));
-            return Err(line.error(Some((1, "type")), format_args!("`{text}` is no type of boundary{suggestion}")));
+            return Err(line.error(Some((1, "type")), format_args!("`{text}` is not a type of boundary{suggestion}")));
         };
         for digit in held.bytes() {
             flags[usize::from(digit - b'1')] = true;

@@ -95,7 +95,7 @@ impl Importer<'_> {
                             _ => None,
                         };
                         let Some(corners) = corners else {
-                            let text = format!("`{face}` is no face of a {}", kind.name);
+                            let text = format!("`{face}` is not a face of a {}", kind.name);
                             return Err(line.error(Some((1, "face")), text));
                         };
                         faces.push(self.face(at, &corners));

@@ -1,4 +1,4 @@
-//! An updated model held against the one that its deck gives: what is no value and cannot be written, and what each value should be.
+//! An updated model held against the one that its deck gives: what is not a value and cannot be written, and what each value should be.
 
 use retune::element::Property;
 use retune::linalg::vector3::dot;

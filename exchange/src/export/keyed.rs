@@ -33,7 +33,7 @@ pub fn export_keywords(deck: &KeywordDeck, updated: &Model) -> Result<Exported, 
     let imported = spec.imported.as_ref().ok_or(ExportError::NotImported)?;
     let refused = |text: String| ExportError::Refused(vec![text]);
     let system = system_by_name(&imported.units)
-        .ok_or_else(|| refused(format!("imported.units: `{}` is no system of units", imported.units)))?;
+        .ok_or_else(|| refused(format!("imported.units: `{}` is not a system of units", imported.units)))?;
     let solver = match imported.format.as_str() {
         "abaqus" => Solver::Abaqus,
         "calculix" => Solver::CalculiX,

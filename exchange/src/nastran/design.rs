@@ -61,7 +61,7 @@ pub(super) struct Design {
     pub relations: HashMap<(CardId, usize), Relation>,
     pub used: std::cell::RefCell<HashSet<(CardId, usize)>>,
     pub places: BTreeMap<(CardId, usize), CardId>,
-    /// Relations to fields that are no properties of an element: offsets, coordinates.
+    /// Relations to fields that are not properties of an element: offsets, coordinates.
     pub left: BTreeMap<String, usize>,
 }
 
@@ -194,7 +194,7 @@ impl Design {
                         ));
                     }
                     if by_id.insert(number, design.variables.len()).is_some() {
-                        return Err(card.error(Some((2, "ID")), format_args!("DESVAR {number} stands twice")));
+                        return Err(card.error(Some((2, "ID")), format_args!("DESVAR {number} is defined twice")));
                     }
                     design.variables.push(Variable { card: id, id: number, name, label, value, bounds });
                 }
@@ -392,7 +392,8 @@ fn by_equation(
         }
     }
     let found = super::equations::linear(&equation, &order, &given).map_err(|why| {
-        let text = format!("DEQATN {number} is no sum of its variables: {why}; a model has sums of parameters alone");
+        let text =
+            format!("DEQATN {number} is not a sum of its variables: {why}; a model has sums of parameters alone");
         card.error(at, text)
     })?;
     let terms = variables.into_iter().zip(found.factors).filter(|t| t.1 != 0.0);

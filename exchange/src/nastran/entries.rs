@@ -184,7 +184,7 @@ impl<'a> Importer<'a> {
         if let Some(first) = self.elements.insert(eid, card.id()).filter(|first| *first != card.id()) {
             let first = self.deck.card(first);
             let (file, line) = first.place();
-            let text = format!("the number {eid} stands already at {file}:{line}, {}", first.name());
+            let text = format!("the number {eid} is already used at {file}:{line}, {}", first.name());
             return Err(card.error(Some((2, "EID")), text));
         }
         self.origins.largest = self.origins.largest.max(eid);

@@ -75,7 +75,7 @@ impl Linear {
 /// * `constants` - arguments that are numbers
 ///
 /// # Errors
-/// What is no sum of arguments with factors, in words.
+/// What is not a sum of arguments with factors, in words.
 pub(super) fn linear(equation: &Equation, names: &[String], constants: &[(String, f64)]) -> Result<Linear, String> {
     let n = names.len();
     let mut known: HashMap<String, Linear> =
@@ -101,7 +101,7 @@ pub(super) fn linear(equation: &Equation, names: &[String], constants: &[(String
     }
     let value = value?;
     let is_finite = value.constant.is_finite() && value.factors.iter().all(|f| f.is_finite());
-    if is_finite { Ok(value) } else { Err("its numbers are no numbers".to_string()) }
+    if is_finite { Ok(value) } else { Err("its numbers are not numbers".to_string()) }
 }
 
 struct Parser<'a> {
@@ -225,7 +225,7 @@ impl Parser<'_> {
             return Ok(arguments.iter().fold(zero, |sum, a| sum.plus(a, 1.0 / n)));
         }
         if !arguments.iter().all(Linear::is_constant) {
-            return Err(format!("{word} of its arguments is no sum of them"));
+            return Err(format!("{word} of its arguments is not a sum of them"));
         }
         let x = arguments[0].constant;
         let value = match (word, arguments.len()) {

@@ -288,7 +288,7 @@ impl<'a> Importer<'a> {
                 one.name() == other.name() && (1..=one.len().max(other.len())).all(|n| one.text(n) == other.text(n));
             if !(is_same && matches!(space, Space::Grid | Space::Coordinates)) {
                 let (file, line) = one.place();
-                let text = format!("the number {number} stands already at {file}:{line}, {}", one.name());
+                let text = format!("the number {number} is already used at {file}:{line}, {}", one.name());
                 return Err(other.error(Some((field, "ID")), text));
             }
         }

@@ -128,7 +128,7 @@ impl Importer<'_> {
                 }
                 None => self
                     .report
-                    .note(format!("objective {id} is no sum of squares of a DRESP2; the update minimises its own")),
+                    .note(format!("objective {id} is not a sum of squares of a DRESP2; the update minimises its own")),
             }
         }
         for what in left.into_values() {
@@ -167,7 +167,7 @@ impl Importer<'_> {
             Err(why) => {
                 let (mode, at, _) = what;
                 let text = format!(
-                    "component {} of grid {} in the eigenvector of mode {mode} is no target: {why}",
+                    "component {} of grid {} in the eigenvector of mode {mode} is not a target: {why}",
                     at.component + 1,
                     at.grid
                 );
@@ -208,7 +208,7 @@ impl Importer<'_> {
                     }
                 }
                 Response::Inertia(_) => {
-                    self.report.note("moments of inertia about the reference point are no targets: those of a model are about its centre of gravity");
+                    self.report.note("moments of inertia about the reference point are not targets: those of a model are about its centre of gravity");
                 }
                 _ => {}
             }

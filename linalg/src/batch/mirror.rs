@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 1e-11;
 /// * `pencil` - the affine pencil (n dofs)
 /// * `mirror` - the candidate, found from the geometry of the model
 ///
-/// A mirror that is no signed involution of n dofs is an error; a model that is merely not symmetric gives `false`.
+/// A mirror that is not a signed involution of n dofs is an error; a model that is merely not symmetric gives `false`.
 pub fn detect_mirror(pencil: &AffinePencil, mirror: &Mirror) -> Result<bool, BatchError> {
     mirror.check(pencil.n)?;
     Ok([&pencil.stiffness, &pencil.mass].into_iter().all(|entries| is_invariant(pencil, entries, mirror)))

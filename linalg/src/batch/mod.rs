@@ -301,7 +301,7 @@ impl BatchModel {
     /// The result of a candidate does not depend on the other ones.
     ///
     /// # Errors
-    /// A θ of the wrong length or a workspace of another model. A candidate without modes is no error, see [`Outcome`].
+    /// A θ of the wrong length or a workspace of another model. A candidate without modes is not an error, see [`Outcome`].
     pub fn solve<'w>(&self, thetas: &[&[f64]], workspace: &'w mut Workspace) -> Result<&'w BatchModes, BatchError> {
         self.run(thetas, workspace, true)
     }

@@ -278,7 +278,7 @@ fn ordered(
 fn supports(motions: &DMatrix<f64>, weights: &[f64], sizes: &[f64]) -> Vec<usize> {
     let (nb, columns) = (motions.nrows(), motions.ncols());
     let weighted = DMatrix::from_fn(nb, columns, |c, j| weights[c] * motions[(c, j)]);
-    // An orthonormal basis of the columns, the longest one first; what is left at rounding level is no motion.
+    // An orthonormal basis of the columns, the longest one first; what is left at rounding level is not motion.
     let mut left = weighted;
     for (mut column, size) in left.column_iter_mut().zip(sizes) {
         let norm = column.norm();

@@ -68,7 +68,7 @@ impl BatchModel {
     pub(super) fn solve_alone(&self, theta: &[f64], cause: Cause, candidate: usize, modes: &mut BatchModes) {
         let n_modes = self.plan.n_modes;
         let found = self.reference(theta);
-        // A value at rounding level is a motion without strain energy that is no rigid-body mode: a mechanism.
+        // A value at rounding level is a motion without strain energy that is not a rigid-body mode: a mechanism.
         let elastic = |values: &[f64]| values[0] > 1e-12 * (self.shift + values[n_modes - 1]);
         match found {
             Ok((values, shapes)) if cause != Cause::Mass && values.len() == n_modes && elastic(&values) => {

@@ -518,7 +518,7 @@ fn choose_modes<L: Lane>(plan: &Plan, buffers: &mut Buffers<L>) {
         if !chosen.is_sorted_by(|a, b| a.0 <= b.0) {
             chosen.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         }
-        // A value at rounding level is no elastic mode.
+        // A value at rounding level is not an elastic mode.
         let noise = chosen.last().map_or(0.0, |c| NOISE * (plan.shift + c.0));
         let elastic = chosen.iter().all(|c| c.0.is_finite() && c.0 > noise);
         if !elastic || chosen.len() < plan.n_modes {

@@ -269,7 +269,7 @@ fn systems_beside_modes_are_sums_over_the_others() {
     let found = solve_beside_modes(&plan, &kk, &mm, lambda[0], &cluster, &side(&force, c, s)).unwrap().unwrap();
     let expected = side(&beside(0, 1), c, s);
     assert!((found - &expected).norm() < 1e-9 * expected.norm());
-    // One of the two is no cluster.
+    // One of the two is not a cluster.
     let half = cluster.columns(0, 1).into_owned();
     assert!(solve_beside_modes(&plan, &kk, &mm, lambda[0], &half, &side(&force, 1.0, 0.3)).unwrap().is_none());
 }

@@ -163,7 +163,7 @@ impl Effect for PythonEffect {
             let ask = || {
                 let place = (word_of(at.kind), at.names.clone(), at.direction.clone());
                 let text: String = self.patch.call1(py, (seen(py, structure)?, place))?.extract(py)?;
-                let wrong = |e| Wrong::text(format!("what it adds at {at} is no entry of a model file: {e}"));
+                let wrong = |e| Wrong::text(format!("what it adds at {at} is not an entry of a model file: {e}"));
                 Ok(serde_json::from_str::<Patch>(&text).map_err(wrong)?)
             };
             self.failure.caught(py, ask())

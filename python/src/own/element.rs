@@ -56,7 +56,8 @@ impl OwnElement {
         let [name, summary, theory] = texts;
         let wrong = |text: String| Wrong::text(format!("element `{name}`: {text}"));
         let dof = |word: &String| {
-            Dof::from_name(word).ok_or_else(|| wrong(format!("`{word}` is no dof; there are ux, uy, uz, rx, ry, rz")))
+            Dof::from_name(word)
+                .ok_or_else(|| wrong(format!("`{word}` is not a dof; there are ux, uy, uz, rx, ry, rz")))
         };
         let mut all: Vec<&'static [Dof]> = Vec::with_capacity(nodes.len());
         for dofs in &nodes {
@@ -91,7 +92,7 @@ impl OwnElement {
                 let found = declared.iter().find(|p| p.name == name);
                 found
                     .map(|p| (p.name, value))
-                    .ok_or_else(|| wrong(format!("a sample gives `{name}`, which is no property")))
+                    .ok_or_else(|| wrong(format!("a sample gives `{name}`, which is not a property")))
             };
             let values = values.into_iter().map(known).collect::<Result<Vec<_>, _>>()?;
             given.push(Sample { points, given: values, mass, free });

@@ -10,7 +10,9 @@ use crate::test::{Test, TestSource, quantity_of};
 use pyo3::prelude::*;
 use retune::catalogue::did_you_mean;
 use retune::model::{Model as Structure, ParametricModel as _};
-use retune::update::{TwinFault, TwinFrfOptions, TwinOptions, TwinStory, node_sensors, twin_frfs, twin_modes};
+use retune::update::{
+    TwinFault, TwinFrfOptions, TwinOptions, TwinStory, driving_sensor, node_sensors, twin_frfs, twin_modes,
+};
 use retune_report::answer;
 use std::sync::Arc;
 
@@ -111,10 +113,11 @@ fn synthetic(source: &Source, sensors: Option<Vec<retune::data::Sensor>>, args: 
     }
     let mut frfs = None;
     if let Some(lines) = &args.lines {
-        let exciters = if args.exciters.is_empty() {
-            sensors.first().map(|s| s.name.clone()).into_iter().collect()
-        } else {
-            args.exciters.clone()
+        let exciters = match lines.as_slice() {
+            [low, .., high] if args.exciters.is_empty() && !sensors.is_empty() => {
+                vec![sensors[driving_sensor(&*structure, &theta, &sensors, (*low, *high))?].name.clone()]
+            }
+            _ => args.exciters.clone(),
         };
         let of_functions = TwinFrfOptions {
             lines_hz: lines.clone(),

@@ -50,13 +50,19 @@ pub fn diagnosis(found: &retune_diagnosis::Diagnosis, model: &Model, test: &Test
             none.kind = format!("nothing is missing, with noise {:.1} times as large as stated", found.noise_factor);
         }
     }
-    let mut other = rest(
-        Category::Other,
-        "other",
-        "something outside the catalogue",
-        "Something that the catalogue does not have, alone or beside one of these hypotheses.",
-        found.probability_other,
-    );
+    // A search that was stopped has not asked the whole catalogue.
+    let [kind, summary] = if found.is_partial {
+        [
+            "something that was not tried",
+            "Something that was not tried by then, of the catalogue or outside it, alone or beside one of these hypotheses.",
+        ]
+    } else {
+        [
+            "something outside the catalogue",
+            "Something that the catalogue does not have, alone or beside one of these hypotheses.",
+        ]
+    };
+    let mut other = rest(Category::Other, "other", kind, summary, found.probability_other);
     other.log_bayes_factor = Some(found.ln_bayes_other);
     if let Some(spread) = &found.spread {
         let what: Vec<String> = spread.properties().iter().map(ToString::to_string).collect();
@@ -383,7 +389,7 @@ fn step_names(steps: &[LearningStep]) -> Vec<String> {
 
 /// The error over the steps of learning; `initial` is the misfit of the model before any fit, in total and per mode.
 pub fn learning_steps(steps: &[LearningStep], initial: Option<(f64, &[Option<f64>])>, test: &TestData) -> Steps {
-    // Of what has no partner nothing is compared, which is no agreement.
+    // Of what has no partner nothing is compared, which is not agreement.
     let per_mode = |s: &LearningStep, v: &[f64]| {
         let d = &s.diagnosis;
         let is_alone = |mode: usize| d.unpaired_modes.contains(&mode) || d.foreign_modes.iter().any(|f| f.mode == mode);

@@ -167,7 +167,7 @@ fn fdacs(model: &FrfSet, measured: &FrfSet) -> Result<Vec<LabelledMatrix>, Corre
 
 /// Measured functions beside those of the model, and of the model before an update.
 ///
-/// Functions at points that are no sensors of the test are left out; without any, there is nothing to show.
+/// Functions at points that are not sensors of the test are left out; without any, there is nothing to show.
 pub(super) fn responses(
     case: Case<'_>,
     before: Option<Case<'_>>,

@@ -39,7 +39,7 @@ pub(crate) fn from_base64(text: &str) -> Result<Vec<u8>, String> {
                 b'0'..=b'9' => digit - b'0' + 52,
                 b'+' => 62,
                 b'/' => 63,
-                _ => return Err(format!("`{}` is no base64 digit", char::from(digit).escape_default())),
+                _ => return Err(format!("`{}` is not a base64 digit", char::from(digit).escape_default())),
             };
             word = (word << 6) | u32::from(value);
         }

@@ -44,7 +44,7 @@ pub struct Diagram {
     pub discarded: Vec<Rejected>,
 }
 
-/// A candidate that is no mode.
+/// A candidate that is not a mode.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rejected {

@@ -2,7 +2,7 @@
 
 use super::{Carrier, Diagnosis, Floats, Levels, Live, LiveMatrix, Place, ReportData, SCHEMA, Structure};
 
-/// Why data are no report.
+/// Why data are not a report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {

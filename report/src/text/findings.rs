@@ -14,10 +14,15 @@ const PROPOSALS: usize = 5;
 /// Columns of a bar.
 const BAR: usize = 20;
 
+/// Words for the model and the test where the files are not known.
+pub const FILES: [&str; 2] = ["MODEL", "TEST"];
+
 /// A diagnosis: the answer, what was tried, the hypotheses with their estimates, the edit, the next measurement.
 ///
 /// Names of hypotheses are never cut: somebody will type them after `retune add`.
-pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
+///
+/// * `[model, test]` - the files, as they are named in the command that puts the effect in
+pub fn diagnosis(d: &Diagnosis, [model, test]: [&str; 2], style: &Style) -> String {
     let mut out = String::new();
     let (sign, word, tone) = match d.outcome {
         Outcome::Adequate => ("✓", "adequate", Tone::Good),
@@ -82,9 +87,10 @@ pub fn diagnosis(d: &Diagnosis, style: &Style) -> String {
         _ => true,
     };
     for best in d.hypotheses.iter().take(n_named).filter(|h| is_named(h) && !h.patch.is_empty()) {
-        let what = if best.category == Category::Effect { "retune add MODEL " } else { "to do about " };
+        let what =
+            if best.category == Category::Effect { format!("retune add {model} ") } else { "to do about ".to_string() };
         let needs_sensors = Effects::builtin().find(&best.kind).is_some_and(Effect::needs_sensors);
-        let test = if needs_sensors { " --test TEST" } else { "" };
+        let test = if needs_sensors { format!(" --test {test}") } else { String::new() };
         let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("{what}{}{test}", printable(&best.id))));
         for line in best.patch.lines() {
             for part in flowed(line, style.width.saturating_sub(2)) {
@@ -291,7 +297,7 @@ mod tests {
         let data = wing::report();
         let d = data.diagnosis.as_ref().unwrap();
         for width in [60, 80, 100, 120, 160] {
-            let text = diagnosis(d, &Style { color: false, width });
+            let text = diagnosis(d, FILES, &Style { color: false, width });
             // Wrapped lines put together again.
             let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
             // The sign stands in intervals only, never for something cut.

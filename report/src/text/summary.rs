@@ -63,7 +63,7 @@ pub fn summary(data: &ReportData, style: &Style) -> String {
     }
     if let Some(d) = &data.diagnosis {
         head(&mut out, "Diagnosis", "", style);
-        out.push_str(&findings::diagnosis(d, style));
+        out.push_str(&findings::diagnosis(d, findings::FILES, style));
     }
     out
 }

@@ -981,7 +981,7 @@ export interface Diagram {
   discarded: Rejected[];
 }
 /**
- * A candidate that is no mode.
+ * A candidate that is not a mode.
  */
 export interface Rejected {
   /**

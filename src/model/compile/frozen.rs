@@ -7,7 +7,7 @@ use crate::model::assembly::Basis;
 use crate::model::dependence::Monomial;
 
 impl Model {
-    /// The same with everything that is no polynomial of θ as it is at one point: a term without powers, the last of the products.
+    /// The same with everything that is not a polynomial of θ as it is at one point: a term without powers, the last of the products.
     ///
     /// # Errors
     /// An element has no matrices there.

@@ -20,7 +20,7 @@ const SLENDER: f64 = 20.0;
 const SHARP: f64 = 15.0;
 /// Height of the corners over the mean plane against the longest edge.
 const WARPED: f64 = 0.1;
-/// A shell is no shell where it is thicker than its part is wide.
+/// A shell is not a shell where it is thicker than its part is wide.
 const THICK: f64 = 0.5;
 /// Width of a part over its thickness that no structure has: the plates of a ship of 200 m are 20 mm thick.
 const THIN: f64 = 5e4;

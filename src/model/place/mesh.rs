@@ -152,7 +152,7 @@ impl Placer<'_> {
         };
         let dimension = |c: &usize| mesh.cells[*c].shape.dimension();
         let most = if mesh.set(name).is_none() {
-            // Edges of what others have are no elements of their own.
+            // Edges of what others have are not elements of their own.
             mesh.cells.iter().map(|c| c.shape.dimension()).max()
         } else {
             cells.iter().map(dimension).max()
@@ -248,7 +248,7 @@ impl Placer<'_> {
                     let has = has.join(", ");
                     self.error(
                         child(path, "type"),
-                        format_args!("`{word}` is no element for what the part has ({has}){suggestion}"),
+                        format_args!("`{word}` is not an element for what the part has ({has}){suggestion}"),
                     );
                     return None;
                 }

@@ -27,7 +27,7 @@ impl Placer<'_> {
                         let suggestion = self.suggestion(member);
                         self.error(
                             format!("{path}[{i}]"),
-                            format_args!("`{member}` is no element, chain, mass or earlier group{suggestion}"),
+                            format_args!("`{member}` is not an element, chain, mass or earlier group{suggestion}"),
                         );
                     }
                 }
@@ -55,7 +55,10 @@ impl Placer<'_> {
                 } else {
                     let suggestion = self.suggestion(target);
                     let hint = if change.of.is_empty() { "; or name what it changes with `of: [...]`" } else { "" };
-                    self.error(at, format_args!("`{target}` is no element, chain, mass or group{suggestion}{hint}"));
+                    self.error(
+                        at,
+                        format_args!("`{target}` is not an element, chain, mass or group{suggestion}{hint}"),
+                    );
                 }
             }
             let mut elements: Vec<usize> = sets.iter().flatten().copied().collect();

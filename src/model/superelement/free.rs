@@ -7,7 +7,7 @@ use crate::model::exported::{ExportedDof, ExportedNode};
 
 /// Dofs above which the result, which is full, is not worth its memory.
 pub(super) const MOST_DOFS: usize = 3_000;
-/// A change above this part of the entries' scale is no rounding.
+/// A change above this part of the entries' scale is not rounding.
 pub(super) const MOST_CHANGE: f64 = 1e-5;
 
 /// K' = Pᵀ K P with P = I - Q Qᵀ, Q an orthonormal basis of the rigid motions, all scaled by √K_ii; and the largest change of an entry,

@@ -389,7 +389,7 @@ impl Reading<'_, '_> {
         match freed {
             Some((k, change)) if change <= free::MOST_CHANGE => Some(Arc::new(k)),
             Some((_, change)) => {
-                self.error("free", format_args!("it is held: entries would change by {change:.1e} of their scale, which is no rounding of numbers"));
+                self.error("free", format_args!("it is held: entries would change by {change:.1e} of their scale, which is not rounding of numbers"));
                 None
             }
             None => {
@@ -464,7 +464,7 @@ fn unplaced(label: &Label) -> DofRow {
     DofRow { label: label.clone(), position: None, frame: None }
 }
 
-/// Positions of nodes by name, in the units of the files, and the directions of their dofs where those are no global ones.
+/// Positions of nodes by name, in the units of the files, and the directions of their dofs where those are not global ones.
 type Positions = HashMap<String, ([f64; 3], Option<Axes>)>;
 
 /// Directions as rows.

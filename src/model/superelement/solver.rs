@@ -20,7 +20,7 @@ use std::time::Duration;
 
 /// Folder beside the model file that keeps what programs have written.
 pub const SOLVER_FOLDER: &str = ".retune-solver";
-/// More runs than these are no few.
+/// More runs than these are not a few.
 const MOST_RUNS: usize = 40;
 /// After this a run is stopped.
 const TIME_LIMIT: Duration = Duration::from_secs(3600);
@@ -359,7 +359,7 @@ fn number(scalar: &Scalar) -> Result<f64, String> {
 fn slot_of(parameters: &Named<ParameterSpec>, name: &str, unit: Option<&str>) -> Result<f64, String> {
     let Some(parameter) = parameters.get(name) else {
         let suggestion = did_you_mean(name, parameters.keys().map(String::as_str));
-        return Err(format!("`{{{{{name}}}}}` is no parameter of the model{suggestion}"));
+        return Err(format!("`{{{{{name}}}}}` is not a parameter of the model{suggestion}"));
     };
     let dimension = parameter.value.terms().iter().find_map(|t| t.dimension);
     match (unit, dimension) {
@@ -368,7 +368,7 @@ fn slot_of(parameters: &Named<ParameterSpec>, name: &str, unit: Option<&str>) ->
         (Some(text), own) => {
             let unit = Unit::parse(text).map_err(|e| e.to_string())?;
             if own.is_some_and(|own| own != unit.dimension) {
-                return Err(format!("`{text}` is no unit of `{name}`, which is `{}`", parameter.value.text()));
+                return Err(format!("`{text}` is not a unit of `{name}`, which is `{}`", parameter.value.text()));
             }
             Ok(unit.factor)
         }

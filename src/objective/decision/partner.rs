@@ -25,12 +25,14 @@ pub(super) fn resolve(
     let n = p.frequencies_hz.len();
     let label = match partner {
         Partner::Number(k) if (1..=n).contains(k) => return Ok(k - 1),
-        Partner::Number(k) => return Err(refused(format!("{k} is no mode of the model: modes 1 to {n} are compared"))),
+        Partner::Number(k) => {
+            return Err(refused(format!("{k} is not a mode of the model: modes 1 to {n} are compared")));
+        }
         Partner::Label(label) => label,
     };
     let Some(named) = names(comparison, theta, &p) else {
         return Err(refused(format!(
-            "`{label}` is no number, and the modes of this model have no names; give the number from `retune modes`"
+            "`{label}` is not a number, and the modes of this model have no names; give the number from `retune modes`"
         )));
     };
     let is_name = |m: &ModeLabel| m.long.eq_ignore_ascii_case(label) || m.short.eq_ignore_ascii_case(label);

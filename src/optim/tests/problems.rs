@@ -115,7 +115,7 @@ pub(super) fn all() -> Vec<Problem> {
     vec![linear(), rosenbrock(), active_bounds(), rank_deficient(), infeasible_region(), two_minima()]
 }
 
-/// A cost that is no sum of squares.
+/// A cost that is not a sum of squares.
 pub(super) struct Cost<F> {
     pub(super) n: usize,
     pub(super) cost: F,

@@ -15,7 +15,7 @@ const SAMPLES: usize = 2000;
 ///
 /// * `file` - text of the user's file; its only profile when `name` is `None`
 ///
-/// Errors: the file is no list of profiles, or the name is none of those there are.
+/// Errors: the file is not a list of profiles, or the name is none of those there are.
 pub fn load_profile(file: Option<&str>, name: Option<&str>) -> Result<CriteriaProfile, CriteriaError> {
     let own = file.map(parse_profiles).transpose()?.unwrap_or_default();
     match (name, own.as_slice()) {

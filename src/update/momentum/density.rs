@@ -73,6 +73,16 @@ impl Density {
     }
 }
 
+/// Motions of the model at the sensors.
+pub(super) struct Motions {
+    /// (sensor x rigid-body mode).
+    pub(super) rigid: DMatrix<f64>,
+    /// (sensor x elastic mode).
+    pub(super) elastic: DMatrix<f64>,
+    /// Eigenvalues of the elastic modes, (rad/s)².
+    pub(super) lambda: Vec<f64>,
+}
+
 /// A measured shape with what its density needs.
 pub(super) struct Shape {
     pub(super) test_mode: usize,
@@ -81,12 +91,18 @@ pub(super) struct Shape {
     pub(super) rms: f64,
     /// Amplitude A.
     pub(super) amplitude: f64,
+    /// ω² of its frequency.
+    square: f64,
+    /// Sensors where the structure differs from the model.
+    pub(super) forces: Vec<usize>,
     /// c_j at each error.
     pub(super) shares: Vec<DVector<f64>>,
     /// By error, then factor.
     pub(super) densities: Vec<Density>,
 }
 
+/// Standard deviation of an entry that may be anything, in units of the shape's root mean square.
+pub(super) const WIDE: f64 = 3.0;
 /// Noise of an entry that says nothing, in units of the shape's root mean square.
 pub(super) const NOTHING: f64 = 1e3;
 
@@ -95,6 +111,24 @@ impl Shape {
     pub(super) fn of_none(&self) -> f64 {
         let one = |s: &f64| if *s >= NOTHING * self.rms { 2.0 * s.ln() } else { 1.0 + 2.0 * self.rms.ln() };
         -0.5 * self.noise.iter().map(one).sum::<f64>()
+    }
+
+    /// g h: what a force at a sensor's point, of the size that is allowed for, adds to the shape beyond what an error of the stiffness mixes.
+    pub(super) fn force(&self, sensor: usize, error: usize, motions: &Motions) -> DVector<f64> {
+        let share = &self.shares[error];
+        let mut h = DVector::zeros(self.y.len());
+        for (j, lambda) in motions.lambda.iter().enumerate() {
+            let gap = lambda - self.square;
+            if share[j] < 1.0 {
+                let column = motions.elastic.column(j);
+                h.axpy((1.0 - share[j].powi(2)) * column[sensor] / gap, &column, 1.0);
+            }
+        }
+        for column in motions.rigid.column_iter() {
+            h.axpy(-column[sensor] / self.square, &column, 1.0);
+        }
+        let largest = h.amax();
+        if largest > 0.0 && largest.is_finite() { h * (WIDE * self.rms / largest) } else { h * 0.0 }
     }
 }
 
@@ -130,14 +164,29 @@ pub(super) fn shape(test_mode: usize, mode: &TestMode, elastic: &DMatrix<f64>, l
         weight += near[j].powi(2);
     }
     let amplitude = (y.norm_squared() * weight / size).sqrt();
-    amplitude.is_finite().then(|| Shape { test_mode, y, noise, rms, amplitude, shares, densities: Vec::new() })
+    amplitude.is_finite().then(|| Shape {
+        test_mode,
+        y,
+        noise,
+        rms,
+        amplitude,
+        square: at,
+        forces: Vec::new(),
+        shares,
+        densities: Vec::new(),
+    })
 }
 
 /// Over the grid, by Woodbury's identity.
-pub(super) fn densities(shape: &Shape, elastic: &DMatrix<f64>, rigid: &DMatrix<f64>) -> Vec<Density> {
+pub(super) fn densities(shape: &Shape, motions: &Motions) -> Vec<Density> {
     let mut out = Vec::with_capacity(ERRORS.len() * FACTORS.len());
-    for (share, error) in shape.shares.iter().zip(ERRORS) {
-        let columns = columns(shape, share, elastic, Some((rigid, rigid_share(error))));
+    for (e, (share, error)) in shape.shares.iter().zip(ERRORS).enumerate() {
+        let mut columns = columns(shape, share, &motions.elastic, Some((&motions.rigid, rigid_share(error))));
+        let n = columns.ncols();
+        columns = columns.resize_horizontally(n + shape.forces.len(), 0.0);
+        for (i, &sensor) in shape.forces.iter().enumerate() {
+            columns.set_column(n + i, &shape.force(sensor, e, motions));
+        }
         for factor in FACTORS {
             out.push(density(&shape.noise, factor, &columns));
         }

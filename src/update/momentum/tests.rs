@@ -121,6 +121,31 @@ fn planted_faults_on_free_structures_are_named() {
     }
 }
 
+/// A mass that the model lacks at a sensor's node moves the shape there, and no sensor is accused of it.
+#[test]
+fn a_mass_that_the_model_lacks_accuses_no_sensor() {
+    let n = crate::tests::seeds(12, 100);
+    for (file, kind, mass) in [("garteur.yaml", 1, 1.5), ("free_beam.yaml", 2, 0.25), ("frame.yaml", 3, 6.0)] {
+        let (m, sensors) = if kind < 3 { structure(kind) } else { (model(file), node_sensors(&model(file))) };
+        let mut wrong = Vec::new();
+        for seed in 0..n {
+            let mut rng = ChaCha8Rng::seed_from_u64(9000 + seed);
+            let at = &sensors[rng.random_range(0..sensors.len())];
+            let Place::Node { node, .. } = &at.place else { panic!("sensors of nodes") };
+            let heavier =
+                text(file).replace("\nmasses:\n", &format!("\nmasses:\n  hidden: {{node: {node}, mass: {mass} kg}}\n"));
+            let truth = load(&heavier, &Registry::builtin()).unwrap_or_else(|e| panic!("{e:?}")).0;
+            let modes = measured_of(&truth, 0.05, &sensors, Vec::new(), seed);
+            let found = check(&m, &sensors, &modes);
+            if !found.contradicted().is_empty() {
+                wrong.push((node.clone(), found.findings[0].text.clone()));
+            }
+        }
+        eprintln!("{file}: {} of {n}: {wrong:?}", wrong.len());
+        assert!(wrong.len() as f64 <= 0.05 * n as f64, "{file}: {wrong:?}");
+    }
+}
+
 /// The momentum of an exact elastic shape is zero, and a sensor turned over gives it one.
 #[test]
 fn an_elastic_shape_has_no_momentum() {

@@ -48,6 +48,12 @@ impl Check<'_> {
                 format!("sensor {} does not fit the motions of the model, whatever its sign and gain", name(*sensor)),
                 "look at its place and axis on the structure; leave it out of the test file if they are as stated",
             ),
+            SensorChange::Structure { sensor } => (
+                "structure-differs",
+                name(*sensor),
+                format!("the structure differs from the model at or near sensor {}", name(*sensor)),
+                "none for the sensor; `retune diagnose` finds what the model lacks there",
+            ),
         }
     }
 
@@ -58,7 +64,12 @@ impl Check<'_> {
         let (before, after) = (per_dof(|m| m.chi_squared), per_dof(|m| m.chi_squared_after));
         for ((edit, evidence), rivals) in check.changes.iter().zip(rivals) {
             let (code, subject, mut text, remedy) = self.describe(edit);
-            text += ": with that change the shapes fit the motions of the model";
+            let is_fault = !matches!(edit, SensorChange::Structure { .. });
+            text += if is_fault {
+                ": with that change the shapes fit the motions of the model"
+            } else {
+                ": a mass or a spring that the model lacks there moves the shapes as they were measured, and no sensor is accused"
+            };
             if !rivals.is_empty() {
                 let list: Vec<String> = rivals.iter().map(|r| self.describe(r).2).collect();
                 text += &format!("; the data fit nearly as well if {}", list.join(", or if "));
@@ -67,7 +78,8 @@ impl Check<'_> {
             if dof > 0 {
                 numbers.extend([("momentum, χ² per degree of freedom", before), ("after the changes", after)]);
             }
-            findings.push(Finding { level: Level::Warning, code, subject, evidence: numbers, text, remedy });
+            let level = if is_fault { Level::Warning } else { Level::Info };
+            findings.push(Finding { level, code, subject, evidence: numbers, text, remedy });
         }
         if dof > 0 && check.chance[1] < MOMENTUM_LEVEL {
             let worst = check.momentum.iter().max_by(|a, b| a.chi_squared_after.total_cmp(&b.chi_squared_after));

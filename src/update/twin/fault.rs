@@ -99,7 +99,7 @@ impl Inflicted {
         let positions = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<_>, _>>()?;
         let dofs = model.dof_map();
         let all = dofs.node_names().iter().cloned().zip(dofs.positions().iter().copied());
-        // Nodes of a mesh within a member are no places for a hand.
+        // Nodes of a mesh within a member are not places for a hand.
         let nodes = all.filter(|(name, _)| !name.contains('/')).collect();
         let bench = Bench { tests: &tests, positions: Some(positions), nodes };
         let faults = texts.iter().map(|f| f.placed(&bench)).collect::<Result<Vec<_>, _>>()?;

@@ -243,7 +243,7 @@ fn read(input: &mut Bytes<'_>, depth: usize, notes: &mut Vec<String>) -> Result<
         return Ok((String::new(), Value::Other));
     }
     let dims = input.counts("the dimensions of an array")?;
-    let dims = dims.ok_or_else(|| malformed("", "its dimensions are no counts"))?;
+    let dims = dims.ok_or_else(|| malformed("", "its dimensions are not counts"))?;
     let (_, name) = input.element("the name of an array", false)?;
     let name: String = name.iter().map(|b| char::from(*b)).collect();
     let count = dims.iter().try_fold(1_usize, |n, d| n.checked_mul(*d));
@@ -294,7 +294,7 @@ fn children(
             return Err(MatError::Truncated { what: "a cell or field" });
         }
         let Some((_, value)) = array(input, depth + 1, notes)? else {
-            return Err(MatError::Malformed { name: name.to_owned(), why: "a cell or field is no array" });
+            return Err(MatError::Malformed { name: name.to_owned(), why: "a cell or field is not an array" });
         };
         values.push(value);
     }
@@ -354,10 +354,10 @@ fn text(input: &mut Bytes<'_>, dims: &[usize], count: usize, name: &str) -> Resu
 fn sparse(input: &mut Bytes<'_>, dims: &[usize], is_complex: bool, name: &str) -> Result<Value, MatError> {
     let malformed = |why| MatError::Malformed { name: name.to_owned(), why };
     let &[rows, columns] = dims else { return Err(malformed("a sparse array without two dimensions")) };
-    let row_of = input.counts("the rows of a sparse matrix")?.ok_or_else(|| malformed("its rows are no counts"))?;
+    let row_of = input.counts("the rows of a sparse matrix")?.ok_or_else(|| malformed("its rows are not counts"))?;
     let starts =
-        input.counts("the columns of a sparse matrix")?.ok_or_else(|| malformed("its columns are no counts"))?;
-    let re = input.numbers("the values of a sparse matrix")?.ok_or_else(|| malformed("its values are no numbers"))?;
+        input.counts("the columns of a sparse matrix")?.ok_or_else(|| malformed("its columns are not counts"))?;
+    let re = input.numbers("the values of a sparse matrix")?.ok_or_else(|| malformed("its values are not numbers"))?;
     let im = if is_complex { input.numbers("the imaginary parts of a sparse matrix")? } else { None };
     let is_sound = columns.checked_add(1) == Some(starts.len())
         && starts.is_sorted()

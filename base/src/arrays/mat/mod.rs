@@ -22,7 +22,7 @@ use matrix::{Budget, Bytes};
 #[non_exhaustive]
 pub enum MatError {
     /// Not the format.
-    #[error("this is no MATLAB file of version 4 or 5")]
+    #[error("this is not a MATLAB file of version 4 or 5")]
     NotMat,
     /// HDF5.
     #[error(

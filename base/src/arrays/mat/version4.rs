@@ -71,7 +71,7 @@ pub(super) fn read(bytes: &[u8], budget: &Budget) -> Result<Workspace, MatError>
     while !rest.is_empty() {
         let malformed = |name: &str, why| MatError::Malformed { name: name.to_owned(), why };
         let last = found.variables.last().map_or("", |v: &(String, Value)| &v.0);
-        let h = header(rest).ok_or_else(|| malformed(last, "what follows it is no matrix"))?;
+        let h = header(rest).ok_or_else(|| malformed(last, "what follows it is not a matrix"))?;
         let name = name(rest, &h).ok_or_else(|| malformed(last, "the name of what follows it is none"))?.to_owned();
         let machine = [None, None, Some("VAX"), Some("VAX"), Some("Cray")][h.machine as usize];
         if let Some(machine) = machine {

@@ -207,7 +207,7 @@ fn one_of_each_pair(raw: &mut Vec<Raw<'_>>, notes: &mut Vec<Note>) {
     }
     if n_real > 0 {
         let seen = counted(n_real, "real pole", "real poles");
-        notes.push(note(Level::Warning, 55, seen, "a motion that does not vibrate is no mode; left out"));
+        notes.push(note(Level::Warning, 55, seen, "a motion that does not vibrate is not a mode; left out"));
     }
 }
 

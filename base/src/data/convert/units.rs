@@ -105,7 +105,7 @@ impl UnitsFrom {
             "file" => Ok(Self::File),
             "labels" => Ok(Self::Labels),
             _ => UnitSystem::from_name(name).map(Self::System).ok_or_else(|| {
-                format!("`{name}` is no system of units; there are {}, and `labels`", UnitSystem::NAMES.join(", "))
+                format!("`{name}` is not a system of units; there are {}, and `labels`", UnitSystem::NAMES.join(", "))
             }),
         }
     }

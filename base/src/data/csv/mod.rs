@@ -71,7 +71,7 @@ pub enum CsvError {
         /// Columns.
         expected: usize,
     },
-    /// A cell that is no number.
+    /// A cell that is not a number.
     #[error("line {line}, column {column} (`{name}`): `{text}` where {expected} should stand")]
     Cell {
         /// Line of the file.

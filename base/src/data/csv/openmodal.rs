@@ -25,6 +25,9 @@ pub fn read(folder: &Path) -> Result<UniversalFile, CsvError> {
     read_by(&mut read_file, folder)
 }
 
+/// The file that lists the measurements of a folder.
+const INDEX: &str = "measurements_index.csv";
+
 /// As [`read`], with bytes got in a way of the caller's.
 pub(crate) fn read_by(open: &mut Open<'_>, folder: &Path) -> Result<UniversalFile, CsvError> {
     let mut open = |path: &Path| -> Result<Vec<u8>, CsvError> {
@@ -35,7 +38,13 @@ pub(crate) fn read_by(open: &mut Open<'_>, folder: &Path) -> Result<UniversalFil
     if geometry.exists() {
         datasets.extend(nodes(&Sheet::read(&open(&geometry)?)?)?);
     }
-    let index = open(&folder.join("measurements_index.csv"))?;
+    let index = open(&folder.join(INDEX)).map_err(|e| match e {
+        CsvError::File { reason, .. } => CsvError::File {
+            path: folder.display().to_string(),
+            reason: format!("a folder of measurements is an export of OpenModal with a file `{INDEX}`: {reason}; name the files themselves otherwise"),
+        },
+        other => other,
+    })?;
     let index = Sheet::read(&index)?;
     let names = [
         "measurement_id",

@@ -137,7 +137,7 @@ impl PointList {
 /// * `units` - unit of the coordinates where the names of their columns state none
 ///
 /// # Errors
-/// Cells that are no numbers; [`ConvertError::Questions`] for a unit that is not stated.
+/// Cells that are not numbers; [`ConvertError::Questions`] for a unit that is not stated.
 pub fn read_points(bytes: &[u8], units: &UnitsFrom) -> Result<(Vec<Point>, Vec<String>), CsvError> {
     let sheet = Sheet::read(bytes)?;
     let name = point_column(&sheet)?;
@@ -198,7 +198,7 @@ fn direction_of(text: &str) -> Option<[f64; 3]> {
 /// * `direction` - of the shapes, in a table without the column
 ///
 /// # Errors
-/// Cells that are no numbers; [`ConvertError::Questions`] for a unit or direction that is not stated.
+/// Cells that are not numbers; [`ConvertError::Questions`] for a unit or direction that is not stated.
 pub fn read_shapes(
     bytes: &[u8],
     units: &UnitsFrom,

@@ -214,7 +214,7 @@ pub(super) fn is_of_thousands(text: &str, mark: char) -> bool {
 
 /// The decimal mark of a table, from columns with numbers in them.
 ///
-/// A column with commas and no points says comma. A column with both has separators of thousands, whose commas are no decimal marks. With
+/// A column with commas and no points says comma. A column with both has separators of thousands, whose commas are not decimal marks. With
 /// commas as delimiters only quoted cells can have them; where all of these may be thousands, `"1,200"`, nothing is said.
 fn decimal_comma(width: usize, rows: &[Row<'_>], delimiter: char) -> Option<bool> {
     let mut commas = vec![0_usize; width];
@@ -348,7 +348,7 @@ mod tests {
         // Three decimals are decimals where the delimiter is none.
         let sheet = Sheet::read(b"a;b\n1,200;0,5\n").unwrap();
         assert_eq!(sheet.number(&sheet.rows[0], 0).unwrap(), 1.2);
-        // A name is no number.
+        // A name is not a number.
         let sheet = Sheet::read(b"point;x\n1.1;0,5\n1.2;0,7\n").unwrap();
         assert_eq!(sheet.number(&sheet.rows[1], 1).unwrap(), 0.7);
     }

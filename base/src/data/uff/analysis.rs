@@ -68,14 +68,14 @@ pub(super) fn read_55(cursor: &mut Cursor<'_, '_>) -> Result<DataAtNodes, Fault>
         let seen = format!("{n_reals} real parameters announced, {} present", reals.len());
         cursor.note(Level::Warning, seen, "those present were read");
     }
-    let entries = read_entries(cursor, &[10], |_| Some(width))?;
+    let (entries, data_type) = read_entries(cursor, &[10], d.int(4), |_| Some(width))?;
     Ok(DataAtNodes {
         ids,
         model_type: d.int(0),
         analysis_type: d.int(1),
         characteristic: d.int(2),
         specific_type: d.int(3),
-        data_type: d.int(4),
+        data_type,
         values_per_node,
         integers,
         reals,
@@ -84,12 +84,16 @@ pub(super) fn read_55(cursor: &mut Cursor<'_, '_>) -> Result<DataAtNodes, Fault>
 }
 
 /// Reads labels and their values in turn; `width` tells the number of reals after a head.
+///
+/// Gives the type of the data too: where every label has half of the reals that complex values need, they are real.
 fn read_entries(
     cursor: &mut Cursor<'_, '_>,
     columns: &[usize],
+    data_type: i64,
     width: impl Fn(&[i64]) -> Option<usize>,
-) -> Result<Vec<Entry>, Fault> {
+) -> Result<(Vec<Entry>, i64), Fault> {
     let mut entries = Vec::new();
+    let mut halves: Vec<i64> = Vec::new();
     // One integer alone on a line is the next label, unless a single value per node may look the same.
     let stop: fn(&str) -> bool = if columns.len() == 1 { is_label } else { super::cursor::never };
     while let Some(text) = cursor.filled_record() {
@@ -100,13 +104,25 @@ fn read_entries(
         };
         let mut values = Vec::new();
         cursor.floats(count, &[13; 6], stop, &mut values)?;
-        if values.len() < count {
+        if numbers_per_value(data_type) == 2 && 2 * values.len() == count {
+            halves.push(head[0]);
+        } else if values.len() < count {
             let seen = format!("{} of {count} values at label {}", values.len(), head[0]);
             cursor.note(Level::Warning, seen, "the values present were kept");
         }
         entries.push(Entry { head, values });
     }
-    Ok(entries)
+    if halves.is_empty() || halves.len() < entries.len() {
+        for label in halves {
+            let seen = format!("half of the reals of complex values at label {label}");
+            cursor.note(Level::Warning, seen, "the values present were kept");
+        }
+        return Ok((entries, data_type));
+    }
+    let seen = format!("data type {data_type} (complex), and half as many reals as that needs at every label");
+    cursor.note(Level::Warning, seen, "read as real");
+    // 5 and 6 are complex of single and double precision, 2 and 4 real.
+    Ok((entries, if data_type == 6 { 4 } else { 2 }))
 }
 
 fn write_entries(entries: &[Entry], sink: &mut Sink) {
@@ -191,12 +207,13 @@ pub(super) fn read_2414(cursor: &mut Cursor<'_, '_>) -> Result<AnalysisData, Fau
     let per_value = numbers_per_value(d.int(4));
     let width = move |values: i64| usize::try_from(values).ok()?.checked_mul(per_value).filter(|n| *n > 0);
     let per_component = d.int(5);
-    let entries = match location {
-        1 => read_entries(cursor, &[10], |_| width(per_component))?,
-        2 => read_entries(cursor, &[10; 2], |head| width(head[1]))?,
+    let data_type = d.int(4);
+    let (entries, data_type) = match location {
+        1 => read_entries(cursor, &[10], data_type, |_| width(per_component))?,
+        2 => read_entries(cursor, &[10; 2], data_type, |head| width(head[1]))?,
         3 | 5 => {
             let columns: &[usize] = if location == 3 { &[10; 4] } else { &[10; 5] };
-            read_entries(cursor, columns, |head| {
+            read_entries(cursor, columns, data_type, |head| {
                 let locations = if head[1] == 1 { head[2] } else { 1 };
                 width(head[3].checked_mul(locations)?)
             })?
@@ -212,7 +229,7 @@ pub(super) fn read_2414(cursor: &mut Cursor<'_, '_>) -> Result<AnalysisData, Fau
         analysis_type: d.int(1),
         characteristic: d.int(2),
         result_type: d.int(3),
-        data_type: d.int(4),
+        data_type,
         values_per_component: per_component,
         integers,
         reals,

@@ -124,7 +124,7 @@ impl<'a, 'n> Cursor<'a, 'n> {
                 FloatLine::NotNumbers => {
                     self.note_once(Level::Warning, "stars or `#` for a number", "it is not a number (NaN)");
                 }
-                FloatLine::Bad => return Err(self.fault(format!("{} is no list of numbers", quote(&text)))),
+                FloatLine::Bad => return Err(self.fault(format!("{} is not a list of numbers", quote(&text)))),
             }
         }
         if values.len() > target {
@@ -198,7 +198,7 @@ pub(super) fn never(_: &str) -> bool {
     false
 }
 
-/// Appends the integers of a line of ten-column fields; `None` when it is no list of integers.
+/// Appends the integers of a line of ten-column fields; `None` when it is not a list of integers.
 fn push_ints(line: &str, values: &mut Vec<i64>) -> Option<()> {
     const WIDTH: usize = 10;
     let line = line.trim_end();
@@ -218,7 +218,7 @@ impl Cursor<'_, '_> {
         while values.len() < count {
             let Some(text) = self.record() else { break };
             if push_ints(without_comment(&text), &mut values).is_none() {
-                return Err(self.fault(format!("{} is no list of integers", quote(&text))));
+                return Err(self.fault(format!("{} is not a list of integers", quote(&text))));
             }
         }
         Ok(values)

@@ -119,7 +119,7 @@ pub(super) enum FloatLine {
     CutApart,
     /// Some were stars or other signs of overflow and are NaN now.
     NotNumbers,
-    /// Something that is no number; nothing was added.
+    /// Something that is not a number; nothing was added.
     Bad,
 }
 

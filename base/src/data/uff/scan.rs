@@ -331,7 +331,7 @@ mod tests {
         }
         assert_eq!(binary_fields("    58b 1 2 11 32 % 5"), [1, 2, 11, 32].map(Some));
         assert_eq!(binary_fields("    58b  % text"), [None; 4]);
-        // A record of numbers behind an end mark is no dataset.
+        // A record of numbers behind an end mark is not a dataset.
         let (found, _) = numbers(b"    -1\n    15\nab\n    -1\n    82 1 2\ncd\n    -1\n    55 % x\ne\n    -1\n");
         assert_eq!(found, [(15, 3), (55, 2)]);
     }

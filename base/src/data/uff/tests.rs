@@ -215,6 +215,39 @@ fn function_strategy() -> impl Strategy<Value = Function> {
     })
 }
 
+/// Half as many reals as complex values need at every node are real values.
+#[test]
+fn real_values_that_are_announced_as_complex_are_read_as_real() {
+    let entries =
+        (1..4).map(|node| Entry { head: vec![node], values: vec![0.1, 0.2, f64::from(node as u8)] }).collect();
+    let data = DataAtNodes {
+        ids: std::array::from_fn(|_| "mode".to_string()),
+        model_type: 1,
+        analysis_type: 2,
+        characteristic: 2,
+        specific_type: 8,
+        data_type: 5,
+        values_per_node: 3,
+        integers: vec![0, 1],
+        reals: vec![12.0, 1.0, 0.0, 0.0],
+        entries,
+    };
+    let (text, _) = write(&UniversalFile { datasets: vec![Dataset::DataAtNodes(data.clone())] }).unwrap();
+    let (file, notes) = read(&text).unwrap();
+    assert_eq!(file.datasets, [Dataset::DataAtNodes(DataAtNodes { data_type: 2, ..data.clone() })]);
+    assert!(notes.iter().any(|n| n.to_string().contains("read as real")), "{notes:?}");
+    // A single node that is cut short is no sign of that.
+    let mut cut = data;
+    for entry in &mut cut.entries {
+        entry.values.resize(6, 0.5);
+    }
+    cut.entries[1].values.truncate(3);
+    let (text, _) = write(&UniversalFile { datasets: vec![Dataset::DataAtNodes(cut.clone())] }).unwrap();
+    let (file, notes) = read(&text).unwrap();
+    assert_eq!(file.datasets, [Dataset::DataAtNodes(cut)]);
+    assert!(notes.iter().any(|n| n.to_string().contains("label 2")), "{notes:?}");
+}
+
 fn shape_strategy() -> impl Strategy<Value = Dataset> {
     (1..7_usize, any::<bool>(), prop::array::uniform5(text()), 0..13_usize, 1..11_usize).prop_flat_map(
         |(n, complex, ids, n_reals, n_integers)| {

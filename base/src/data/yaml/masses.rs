@@ -53,7 +53,7 @@ impl Reader<'_> {
         let path = child("mass_properties", name);
         let Some(&(_, quantity, unit)) = MASS_WORDS.iter().find(|w| w.0 == name) else {
             let suggestion = did_you_mean(name, MASS_WORDS.iter().map(|w| w.0));
-            self.error(path, format_args!("`{name}` is no mass property{suggestion}"));
+            self.error(path, format_args!("`{name}` is not a mass property{suggestion}"));
             return None;
         };
         let value = self.number(&p.value, unit, &child(&path, "value"));

@@ -207,7 +207,7 @@ impl Reader<'_> {
             let path = format!("frfs.bands[{i}]");
             let [low, high] = [0, 1].map(|k| self.number(&band[k], "Hz", &format!("{path}[{k}]")));
             if !(low >= 0.0 && low < high) {
-                self.error(path, format_args!("{low} Hz to {high} Hz is no band: give two ascending frequencies"));
+                self.error(path, format_args!("{low} Hz to {high} Hz is not a band: give two ascending frequencies"));
             }
             bands_hz.push([low, high]);
         }
@@ -223,7 +223,7 @@ impl Reader<'_> {
         if let Some(unit) = f.unit.as_deref().filter(|unit| ratio_unit(unit).is_none()) {
             self.error(
                 "frfs.unit",
-                format_args!("`{unit}` is no unit of response over force, such as `m/s2/N` or `g/N`"),
+                format_args!("`{unit}` is not a unit of response over force, such as `m/s2/N` or `g/N`"),
             );
         }
         let units = f.units.as_deref().map_or(Ok(UnitsFrom::default()), UnitsFrom::from_name);
@@ -235,7 +235,10 @@ impl Reader<'_> {
             let unit = FrequencyUnit::of_label(text);
             if unit.is_none() {
                 let names = FrequencyUnit::NAMES.join(", ");
-                self.error("frfs.frequency_unit", format_args!("`{text}` is no unit of frequencies, such as {names}"));
+                self.error(
+                    "frfs.frequency_unit",
+                    format_args!("`{text}` is not a unit of frequencies, such as {names}"),
+                );
             }
             unit
         });

@@ -135,7 +135,7 @@ fn reciprocity(frfs: &FrfSet) -> Vec<Finding> {
             if mean <= 0.0 {
                 continue;
             }
-            // What the noise from line to line leaves of a difference is no difference of the structure.
+            // What the noise from line to line leaves of a difference is not a difference of the structure.
             let power = |h: &[Complex<f64>]| noise(h).iter().map(|s| 2.0 * s * s).sum::<f64>();
             let (noise_p, noise_q) = (power(&p), power(&q));
             let apart = |gain: f64| {

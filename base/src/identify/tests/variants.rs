@@ -37,7 +37,7 @@ fn functions_for_the_other_sign_of_time_are_told_whatever_was_measured() {
         let right = functions(quantity);
         assert!(reversed_time(&right).is_none());
         let reversed = FrfSet { h: right.h.iter().map(|h| -h).collect(), ..right.clone() };
-        assert!(reversed_time(&reversed).is_none(), "a reversed sign is no reversed time");
+        assert!(reversed_time(&reversed).is_none(), "a reversed sign is not a reversed time");
         let conjugate = FrfSet { h: right.h.iter().map(Complex::conj).collect(), ..right.clone() };
         assert_eq!(reversed_time(&conjugate).unwrap().h, right.h);
     }
@@ -191,7 +191,7 @@ fn functions_across_decoupled_directions_have_no_weight() {
     }
 }
 
-/// They are no data either: counted as such, they would make the noise of a channel too small by √2 here, and 90 % intervals cover 76 %.
+/// They are not data either: counted as such, they would make the noise of a channel too small by √2 here, and 90 % intervals cover 76 %.
 #[test]
 fn functions_across_decoupled_directions_are_no_data() {
     for with_coherence in [true, false] {

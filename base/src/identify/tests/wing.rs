@@ -55,7 +55,7 @@ fn nine_modes_of_the_wing_are_found() {
         let spacing = frfs.frequencies_hz[1] - frfs.frequencies_hz[0];
         for p in published {
             let line = (p / spacing).round() * spacing;
-            assert!((line - p).abs() < 0.05 + 1e-6, "{p} Hz is no line");
+            assert!((line - p).abs() < 0.05 + 1e-6, "{p} Hz is not a line");
             assert!(f.iter().any(|x| (x - line).abs() < spacing), "{p} Hz not among {f:.2?} in {band_hz:?}");
         }
         let stable = found.modes.iter().filter(|m| m.n_orders > 0).count();

@@ -325,7 +325,7 @@ pub(super) fn read(card: &Card<'_>) -> Result<Shape, DeckError> {
         let thickness: Vec<f64> = way[1..].iter().map(|p| p[2]).collect();
         let thin = walls(&points, &thickness).map_err(|why| card.error(Some((10, "DIM")), why))?;
         let [y, z] = centroid(&solid);
-        // Rounding is no distance.
+        // Rounding is not a distance.
         let size = d.iter().fold(0.0_f64, |m, v| m.max(*v));
         neutral =
             [y - thin.shear_centre[1], z - thin.shear_centre[0]].map(|v| if v.abs() < 1e-12 * size { 0.0 } else { v });

@@ -99,7 +99,7 @@ export function identificationSection(x: Identification, modes: Modes): HTMLElem
     card("Modes", `${x.method}; MPC is the modal phase collinearity: 1 is a real shape`,
       table("Modes", [{ head: "#", numeric: true }, { head: "Hz", numeric: true }, { head: "± sd", numeric: true }, { head: "Damping", numeric: true }, { head: "± sd", numeric: true },
         { head: "MPC", numeric: true }, { head: "Orders", numeric: true, title: "orders at which its pole came back" }, { head: "" }], rows, { id: "identified-table" })),
-    rejected.length ? card("Candidates that are no modes", null, table("Candidates that are no modes", [{ head: "Hz", numeric: true }, { head: "Damping", numeric: true }, { head: "Why" }],
+    rejected.length ? card("Candidates that are not modes", null, table("Candidates that are not modes", [{ head: "Hz", numeric: true }, { head: "Damping", numeric: true }, { head: "Why" }],
       rejected.map((r): Child[] => [h("span", { class: "num" }, fixed(r.hz, 3)), h("span", { class: "num" }, `${fixed(100 * r.damping, 2)} %`), r.reason]))) : null,
     autoMacCard({ model: [], test: modes.test }, 0));
 }

@@ -145,7 +145,7 @@ fn of_eigenvalues(
         npy::Values::Real(list) => {
             notes.push(format!("variable `{name}` is taken for ω² in rad²/s²"));
             if let Some(value) = list.iter().find(|v| v.is_nan() || **v < 0.0) {
-                return Err(unusable(variable, format!("{value} is no square of a frequency")));
+                return Err(unusable(variable, format!("{value} is not a square of a frequency")));
             }
             Ok(list.iter().enumerate().map(|(i, v)| (i, v.sqrt() / TAU, None)).collect())
         }
@@ -192,7 +192,7 @@ pub(super) fn modes(
     if let Some((i, hz, _)) = modes.iter().find(|m| !(m.1 >= 0.0 && m.1.is_finite())) {
         return Err(unusable(
             &list[picked.source.variable()],
-            format!("value {} is {hz}, which is no frequency", i + 1),
+            format!("value {} is {hz}, which is not a frequency", i + 1),
         ));
     }
     let n_rigid = modes.iter().filter(|m| m.1 == 0.0).count();
@@ -213,7 +213,7 @@ pub(super) fn modes(
                 mode.2 = ratios.get(mode.0).copied();
             }
         } else {
-            notes.push(format!("variable `{name}` is left out: its values are no damping ratios between 0 and 1"));
+            notes.push(format!("variable `{name}` is left out: its values are not damping ratios between 0 and 1"));
         }
     }
     let axes = variable.axes();

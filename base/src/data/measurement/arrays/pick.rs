@@ -110,7 +110,7 @@ impl Picker<'_> {
         let stated = self.stated(role)?;
         let has_length = |i: &usize| self.list[*i].vector().is_some_and(|v| v.len() == n);
         if let Some(i) = stated.filter(|i| !has_length(i)) {
-            return Err(unusable(&self.list[i], format!("it is no real vector of {n} values")));
+            return Err(unusable(&self.list[i], format!("it is not a real vector of {n} values")));
         }
         let found: Vec<usize> = self.candidates(role, fits)?.into_iter().filter(has_length).collect();
         // What stands beside is left out where it is not clear.

@@ -84,13 +84,13 @@ impl Roles {
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             let words = || ROLES.map(|r| r.0);
             let (word, name) = part.split_once('=').ok_or_else(|| {
-                format!("`{}` is no `role=name`; the roles are {}", part.escape_debug(), words().join(", "))
+                format!("`{}` is not a `role=name`; the roles are {}", part.escape_debug(), words().join(", "))
             })?;
             let word = word.trim();
             let Some(&(_, role)) = ROLES.iter().find(|r| r.0 == word) else {
                 let hint = did_you_mean(word, words());
                 return Err(format!(
-                    "`{}` is no role of a variable{hint}; there are {}",
+                    "`{}` is not a role of a variable{hint}; there are {}",
                     word.escape_debug(),
                     words().join(", ")
                 ));
@@ -104,7 +104,7 @@ impl Roles {
             });
             let (name, axes) = split.unwrap_or((name, Vec::new()));
             if axes.iter().enumerate().any(|(i, a)| axes[..i].contains(a)) {
-                return Err(format!("`{part}`: an axis stands twice"));
+                return Err(format!("`{part}`: an axis is given twice"));
             }
             let (name, imaginary) = match name.split_once('+') {
                 Some((re, im)) => (re.trim(), Some(im.trim().to_string())),

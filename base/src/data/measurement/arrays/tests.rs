@@ -112,7 +112,7 @@ fn amplitude_and_phase_are_put_together() {
         let set = functions(parts(amplitude, phase, one), roles);
         assert!((set.at(2, 0, 0) - h).norm() < 1e-12, "{amplitude} {phase}");
     }
-    // 25 is no phase of one unit rather than of the other, and amplitudes in dB are none.
+    // 25 is not a phase of one unit rather than of the other, and amplitudes in dB are none.
     assert!(refusal(parts("H_mag", "H_phase", 10.0), "").contains("does not say its unit"));
     let mut decibel = parts("H_mag", "H_phase", 1.0);
     decibel[1] = real("H_mag", &[3, 1], &[-20.0, 3.0, 1.0]);
