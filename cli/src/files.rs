@@ -281,7 +281,7 @@ pub(crate) fn check_sensors(model: &Model, test: &TestData, path: &Path, text: &
     if problems.iter().any(|p| p.severity == Severity::Error) {
         let failure = Failure::problems(path, text, &problems);
         // A file that `identify` has written without a model names its points, and they are not nodes.
-        let is_unplaced = |p: &Problem| p.path.starts_with("sensors.") && p.message.contains("has no node");
+        let is_unplaced = |p: &Problem| p.path.starts_with("sensors") && p.message.contains("has no node");
         let has_positions = test.sensors.iter().any(|s| s.place.position().is_some());
         return Err(if has_positions && problems.iter().any(is_unplaced) {
             let (test, model) = (shown(path), of_command_line(Kind::Model));

@@ -120,6 +120,9 @@ fn rows(
 /// in its direction, so that every shape of the model is zero there.
 pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Problem> {
     let (mut problems, theta) = (Vec::new(), model.parameters().nominal());
+    if let Some(text) = of_another_model(model, sensors) {
+        return vec![Problem::error("sensors", text)];
+    }
     for sensor in sensors {
         let path = format!("sensors.{}", sensor.name);
         match observation_matrix(model, std::slice::from_ref(sensor)) {
@@ -140,6 +143,22 @@ pub fn check_sensors(model: &dyn ParametricModel, sensors: &[Sensor]) -> Vec<Pro
     }
     problems.extend(close_together(model, sensors).map(|text| Problem::warning("sensors", text)));
     problems
+}
+
+/// A word about many sensors of which none has its place in the model: one for all of them.
+fn of_another_model(model: &dyn ParametricModel, sensors: &[Sensor]) -> Option<String> {
+    const MANY: usize = 4;
+    let unknown = |s: &Sensor| match locate(model, s, None) {
+        Err(CorrelationError::UnknownPlace { what, name, suggestion, .. }) => Some((what, name, suggestion)),
+        _ => None,
+    };
+    let (what, name, suggestion) = unknown(sensors.first().filter(|_| sensors.len() >= MANY)?)?;
+    sensors.iter().all(|s| unknown(s).is_some()).then(|| {
+        format!(
+            "none of the {} sensors has its place in the model: the model has no {what} `{name}`{suggestion}; is this the test of another model?",
+            sensors.len()
+        )
+    })
 }
 
 /// Sensors that stand in a smaller part of the structure than this are in another unit of length.

@@ -76,3 +76,30 @@ fn a_sensor_on_a_support_that_gives_is_not_called_silent() {
     assert_eq!(on("{node: b, fixed: [uz]}"), 1);
     assert_eq!(on("{node: b, fixed: [uz], compliance: {uz: 1e-6 m/N}}"), 0);
 }
+
+/// Positions that were read as metres where they are millimetres, or the other way round, are told once for all sensors.
+#[test]
+fn sensors_that_stand_at_one_place_are_told() {
+    const BEAM: &str = "
+retune: 1
+name: beam
+nodes: {a: [0, 0, 0], b: [1 m, 0, 0]}
+beams: {w: {nodes: [a, b], properties: {EA: 1e6 N, EIy: 50 N m2, EIz: 80 N m2, GJ: 20 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 0.01 kg m}}}
+supports: {wall: {node: a}}
+";
+    let model = crate::model::load(BEAM, &crate::model::Registry::builtin()).unwrap_or_else(|p| panic!("{p:?}")).0;
+    let told = |scale: f64| {
+        let at = |k: i32| crate::data::Sensor {
+            name: format!("p{k}"),
+            place: crate::data::Place::Node { node: "b".into(), position: Some([scale * f64::from(k), 0.0, 0.0]) },
+            direction: [0.0, 0.0, 1.0],
+            offset: None,
+            is_rotation: false,
+            mass: None,
+        };
+        check_sensors(&model, &[0, 1, 2, 3].map(at))
+    };
+    assert!(told(0.3).is_empty(), "{:?}", told(0.3));
+    let found = told(0.3e-3);
+    assert!(found.iter().any(|p| p.path == "sensors" && p.message.contains("another unit of length")), "{found:?}");
+}

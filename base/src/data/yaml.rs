@@ -504,6 +504,24 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Everything counts modes by frequency, and a file that does not is told which is which.
+    #[test]
+    fn modes_in_another_order_are_told() {
+        let text = |modes: &str| {
+            format!(
+                "retune_test: 1\nname: t\nsources: {{made: {{kind: synthetic, text: by hand}}}}\nmodes: [{modes}]\n"
+            )
+        };
+        let mode = |hz: &str| format!("{{frequency: {hz} Hz, source: made}}");
+        let told = |list: [&str; 4]| {
+            let (_, warnings) = read_test(&text(&list.map(mode).join(", "))).unwrap_or_else(|p| panic!("{p:?}"));
+            warnings.iter().find(|w| w.message.contains("counted")).map(|w| w.message.clone())
+        };
+        assert_eq!(told(["1", "2", "3", "4"]), None);
+        let told = told(["1", "3.5", "3", "4"]).unwrap();
+        assert!(told.ends_with("mode 2 is number 3 of the file, at 3.0000 Hz"), "{told}");
+    }
     use crate::data::{Partner, Standing};
 
     const TEXT: &str = "

@@ -122,12 +122,17 @@ fn a_rigid_link_joins_in_displacement_and_rotation() {
 fn mass_and_air_along_a_beam_scale_its_frequencies() {
     let text = beam("uz, ry", CLAMPED, "");
     let before = without(&text).1;
-    for id in ["distributed-mass@b", "air-mass@b.z"] {
-        let (model, _, omega) = with(&text, id, &[0.5]);
-        close(omega[2] / before[2], (2.0f64 / 2.5).sqrt(), 1e-10);
-        let weighed = model.mass_properties(&[0.5]).unwrap().unwrap().mass;
-        close(weighed, if id.starts_with("air") { 2.0 } else { 2.5 }, 1e-12);
+    for (id, more) in [("distributed-mass@b", 0.5), ("air-mass@b.z", 0.5), ("distributed-mass@b", -1.2)] {
+        let (model, _, omega) = with(&text, id, &[more]);
+        close(omega[2] / before[2], (2.0f64 / (2.0 + more)).sqrt(), 1e-10);
+        let weighed = model.mass_properties(&[more]).unwrap().unwrap().mass;
+        close(weighed, if id.starts_with("air") { 2.0 } else { 2.0 + more }, 1e-12);
     }
+    // Nine tenths may be missing, and no more.
+    let (model, _, _) = load(&text, &Registry::builtin()).unwrap();
+    let structure = Structure::new(&model, Context::nothing());
+    let candidate = Effects::builtin().candidate(&structure, "distributed-mass@b").unwrap();
+    close(candidate.parameters[0].bounds[0], -1.8, 1e-12);
 }
 
 #[test]

@@ -32,6 +32,21 @@ fn modes_with(options: &TwinOptions) -> TestData {
     twin_modes(&model, &[], &node_sensors(&model), options, "test").unwrap()
 }
 
+/// A force at a node of a mode, or along a direction that nothing moves in, is not where the force acts.
+#[test]
+fn the_force_acts_where_it_drives_every_mode_of_the_band() {
+    let model =
+        load(&TEXT.replace("[uz, ry]", "[ux, uz, ry]").replace("Iy: 4", "A: 1e-4 m2, Iy: 4"), &Registry::builtin())
+            .unwrap()
+            .0;
+    let sensors = node_sensors(&model);
+    assert!(sensors[0].name.ends_with("ux"), "{}", sensors[0].name);
+    // Three bending modes: the tip moves in all of them.
+    let best = driving_sensor(&model, &[], &sensors, (0.1, 15.0)).unwrap();
+    assert_eq!(sensors[best].name, "e.uz");
+    assert_eq!(driving_sensor(&model, &[], &sensors, (0.001, 0.002)).unwrap(), 0, "no mode there");
+}
+
 #[test]
 fn noise_has_the_stated_size_and_seeds_repeat() {
     let noise = TwinOptions { n_modes: 4, frequency_noise: 0.003, shape_noise: 0.02, ..TwinOptions::default() };
