@@ -101,8 +101,6 @@ effort! {
     pair_further_steps: 5,
     /// From how many starts.
     pair_starts: 2,
-    /// Hypotheses of other kinds on which a second is sought, where what is found on the best does not suffice.
-    other_firsts: 2,
     /// Hypotheses of the base that are tried in the place of the first of a pair.
     rivals: 8,
     /// Times that the first is exchanged.

@@ -31,7 +31,7 @@ use crate::search::joint::together;
 use crate::search::pairs::{Pair, pair};
 use crate::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
 use crate::search::remainder::{Remainder, is_noise, place_of, remains};
-use crate::search::run::{refit_begun, stage_with};
+use crate::search::run::refit_begun;
 use crate::search::several::{Chain, chain};
 use crate::search::singles::refit;
 use crate::search::spread::{self, Fitted, Spread};
@@ -377,40 +377,25 @@ fn name(
     let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
     let (first, on_first, more) =
         together(base, &bases, odds, ln_known, settings)?.unwrap_or((refits[chosen].clone(), on_first, more));
-    let is_worth_two = |on: &Stage, more: &[Refit]| {
-        let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-        best.is_some_and(|r| r.ln_bayes > STRONG && on.p_value < settings.alarm_level && predicts(r))
-    };
-    // Two of some hundreds imitate much: they have to be more probable than something else, and than one that may stand alone, and
-    // what they leave has to pass the same tests as what one leaves.
-    let least = if doubted.is_some() { otherwise.ln.max(weight(&refits[chosen])) } else { otherwise.ln };
-    let suffices = |two: &Pair| -> Result<bool, DiagnosisError> {
-        let is_probable = two.ln_all > least && predicts(&two.seconds[0]);
-        Ok(is_probable && remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more())
-    };
-    if is_worth_two(&on_first, &more) {
-        let (kind, ln_two) = (first.name(), weight(&first) + odds.of_a_second(&more));
-        let mut two = pair(base, refits, first, (on_first, more), odds, settings)?;
-        if two.as_ref().map(&suffices).transpose()? == Some(true)
-            && let Some(found) = two.take()
-        {
-            return Ok(of_pair(base, found, p));
+    let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {
+        // Two of some hundreds imitate much: they have to be more probable than something else, and than one that may stand alone, and
+        // what they leave has to pass the same tests as what one leaves.
+        let least = if doubted.is_some() { otherwise.ln.max(weight(&refits[chosen])) } else { otherwise.ln };
+        let ln_two = weight(&first) + odds.of_a_second(&more);
+        let two = pair(base, refits, first, (on_first, more), odds, settings)?;
+        let is_probable = two.as_ref().is_some_and(|two| two.ln_all > least && predicts(&two.seconds[0]));
+        let leaves_noise = match two.as_ref().filter(|_| is_probable) {
+            Some(two) => remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more(),
+            None => false,
+        };
+        if leaves_noise && let Some(two) = two {
+            p.with_several(two.ln_all);
+            let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
+            let remainder = format!("beside {}: {}", ids[0], ids[1]);
+            return Ok(Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() });
         }
         if doubted.is_none() {
-            // The best alone may be what imitates both.
-            for other in of_other_kinds(refits, kind).take(settings.effort.other_firsts) {
-                if settings.until.is_over() {
-                    break;
-                }
-                let on_other = stage_with(base, other, settings)?;
-                let more = refit(&on_other, true)?.hypotheses;
-                if is_worth_two(&on_other, &more)
-                    && let Some(found) = pair(base, refits, other.clone(), (on_other, more), odds, settings)?
-                    && suffices(&found)?
-                {
-                    return Ok(of_pair(base, found, p));
-                }
-            }
             p.with_several(ln_two);
             let found = two.map(|two| longer((base, refits), two, odds, otherwise.ln, settings)).transpose()?.flatten();
             if let Some(found) = found {
@@ -434,20 +419,6 @@ fn name(
     let place = if found.passes { place_of(&base.scene, &base.fit, &base.q) } else { found.text.clone() };
     let remainder = spread.map_or_else(|| place.clone(), |spread| format!("{spread}; {place}"));
     Ok(Answer { chosen, remainder, spread: spread.cloned(), ..Answer::default() })
-}
-
-/// Two that suffice.
-fn of_pair(base: &Stage, two: Pair, p: &mut Probabilities) -> Answer {
-    p.with_several(two.ln_all);
-    let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
-    let remainder = format!("beside {}: {}", ids[0], ids[1]);
-    Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() }
-}
-
-/// The best of each kind but one, the most probable first.
-fn of_other_kinds<'a>(refits: &'a [Refit], but: &'a str) -> impl Iterator<Item = &'a Refit> {
-    let mut known = BTreeSet::from([but]);
-    refits.iter().filter(|r| r.ln_bayes > STRONG).filter(move |r| known.insert(r.name()))
 }
 
 /// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.
