@@ -110,7 +110,7 @@ fn target(path: &Path) -> Result<Target, String> {
             }
             Ok(meta) if meta.is_dir() => return Err("it is a folder, and a file is expected".to_string()),
             Ok(meta) if takes_bytes(&meta) => return Ok(Target::Stream),
-            Ok(_) => return Err("it is not a regular file, no pipe and no character device".to_string()),
+            Ok(_) => return Err("it is not a regular file, a pipe or a character device".to_string()),
             Err(e) if e.kind() != ErrorKind::NotFound => return Err(e.to_string()),
             Err(_) => {}
         }

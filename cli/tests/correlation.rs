@@ -145,7 +145,7 @@ fn functions_are_compared_by_band() {
 #[test]
 fn wrong_questions_are_refused() {
     let (code, _, err) = said("compare frame.yaml bff_gvt.yaml");
-    assert!(code == 2 && err.contains("sensors."), "{err}");
+    assert!(code == 2 && err.contains("none of the 34 sensors"), "{err}");
     let (code, _, err) = said("pretest frame.yaml --sensors 2");
     assert!(code == 2 && err.contains("number of sensors to keep"), "{err}");
     let (code, _, err) = said("pretest frame.yaml --noise-shape 0%");

@@ -446,7 +446,7 @@ fn wrong_files_and_options_are_explained() {
     folder.write("nounit.csv", "frequency_hz,1/1:re,1/1:im\n1,2,3\n2,2,4\n");
     for (line, word) in [
         ("identify nowhere.unv", "nowhere.unv"),
-        ("identify text.txt", "no universal file"),
+        ("identify text.txt", "not a universal file"),
         ("identify empty.csv", "empty.csv"),
         ("identify bad.csv", "line 4, column 2"),
         ("identify nounit.csv", "unit"),
@@ -456,13 +456,13 @@ fn wrong_files_and_options_are_explained() {
         ("identify f.unv --band 10 10.5", "lines"),
         ("identify f.unv --geometry text.txt", "text.txt"),
         ("identify f.unv --method guess", "quadrature"),
-        ("health text.txt", "no universal file"),
+        ("health text.txt", "not a universal file"),
         ("health f.unv f.unv", "duplicates"),
         ("map model.yaml sensors.yaml", "position"),
         ("map model.yaml f.unv --tolerance 5kg", "--tolerance"),
         ("map model.yaml f.unv --tolerance -5mm", "zero or above"),
         ("map model.yaml f.unv -o out.yaml", "test file"),
-        ("map model.yaml text.txt", "no universal file"),
+        ("map model.yaml text.txt", "not a universal file"),
     ] {
         let said = folder.run(line);
         assert!(said.code == 2 && said.err.contains(word), "{line}: {said:?}");

@@ -93,7 +93,7 @@ pub fn check_functions(model: &dyn ParametricModel, test: &TestData) -> Vec<Prob
                 let suggestion =
                     did_you_mean(name, names.chain(model.dof_map().node_names().iter().map(String::as_str)));
                 let text = format!(
-                    "the functions have a channel `{name}`, which is not a sensor of the test and no node of the model{suggestion}"
+                    "the functions have a channel `{name}`, which is neither a sensor of the test nor a node of the model{suggestion}"
                 );
                 problems.push(Problem::error(PATH, text));
             }

@@ -105,7 +105,7 @@ fn wrong_files_are_told_with_their_line() {
         ("t.csv", "node,dof,x,y,z\n1,ux,1,2\n".to_string(), "three coordinates"),
         ("t.csv", "node,dof,w\n1,ux,1\n".to_string(), "a column `node`"),
         ("a.inp", "*NODE\n1,a,2,3\n".to_string(), "line 2"),
-        ("x.bin", "\u{1}\u{2}hello".to_string(), "no format of matrices"),
+        ("x.bin", "\u{1}\u{2}hello".to_string(), "not a format of matrices"),
     ] {
         let said = read(name, text.as_bytes()).unwrap_err().to_string();
         assert!(said.contains(words), "{name}: {said}");

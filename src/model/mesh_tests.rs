@@ -158,7 +158,7 @@ fn mistakes_about_a_mesh_have_their_places() {
         ("skin: {section", "skim: {section", "mesh.parts.skim", "did you mean `skin`"),
         ("units: mm", "units: kg", "mesh.units", "not a unit of length"),
         ("plate.msh", "plat.msh", "mesh.file", "cannot be read"),
-        ("skin: {section: alu}", "skin: {section: alu, type: hex8}", "mesh.parts.skin.type", "no element for"),
+        ("skin: {section: alu}", "skin: {section: alu, type: hex8}", "mesh.parts.skin.type", "not an element for"),
         ("skin: {section: alu}", "skin: {section: alu}, tip: {section: alu}", "mesh.parts.tip", "points"),
         ("units: mm", "units: mm, sha256: abc", "mesh.sha256", "another file"),
         ("skin: {section: alu}", "skin: {section: al}", "mesh.parts.skin.section", "did you mean `alu`"),

@@ -101,7 +101,7 @@ pub(super) fn linear(equation: &Equation, names: &[String], constants: &[(String
     }
     let value = value?;
     let is_finite = value.constant.is_finite() && value.factors.iter().all(|f| f.is_finite());
-    if is_finite { Ok(value) } else { Err("its numbers are not numbers".to_string()) }
+    if is_finite { Ok(value) } else { Err("it has a value that is not a number".to_string()) }
 }
 
 struct Parser<'a> {
@@ -286,7 +286,7 @@ mod tests {
             ("A+", "a number or a name is expected"),
             ("A B", "is not understood"),
             ("(A", "a bracket is not closed"),
-            ("1./0.", "no numbers"),
+            ("1./0.", "not a number"),
             ("", "empty"),
         ] {
             let found = of(text).unwrap_err();

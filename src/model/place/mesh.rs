@@ -243,7 +243,8 @@ impl Placer<'_> {
                 let found = self.registry.find(word);
                 let fits = found.is_some_and(|k| shapes.iter().any(|s| s.n_nodes() == k.nodes().len()));
                 if !fits {
-                    let suggestion = did_you_mean(word, self.registry.elements().map(Element::name));
+                    let names = self.registry.elements().map(Element::name);
+                    let suggestion = if found.is_some() { String::new() } else { did_you_mean(word, names) };
                     let has: Vec<&str> = shapes.iter().map(|s| s.name()).collect();
                     let has = has.join(", ");
                     self.error(

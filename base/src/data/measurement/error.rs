@@ -19,7 +19,7 @@ pub enum MeasurementError {
     },
     /// A file of no known kind.
     #[error(
-        "`{path}` is not a universal file, no table with a column `frequency_hz` or `point`, no NumPy array, no .npz archive, no MATLAB file and no LabVIEW measurement{hint}"
+        "`{path}` is not a universal file, a table with a column `frequency_hz` or `point`, a NumPy array, an .npz archive, a MATLAB file or a LabVIEW measurement{hint}"
     )]
     Unknown {
         /// The path.
