@@ -591,7 +591,7 @@ mod tests {
             ("beams:\n  a: {length: 2}\n", "f:2:3: error: beams.a: missing key `chain`"),
             ("beams: {a: {chain: []}}\nbeams: {}\n", "f:2:1: error: beams: the key `beams` is given twice here"),
             (
-                "beams:\n  a: {chain: [x]}\n  b {chain: [x]}\n  c: {chain: [x]}\n",
+                "beams:\n  a: {chain: [x]}\n  b\nmore: {}\n",
                 "f:3:3: error: this is not YAML: no `: ` follows `b`, expected `key: value`; a `:` and a blank end the key",
             ),
             (

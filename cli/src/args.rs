@@ -119,7 +119,7 @@ pub(crate) struct Check {
     #[arg(long, value_name = "SHARE", default_value = "0.001 %", requires = "against", value_parser = values::positive_share)]
     pub(crate) tolerance: f64,
     /// Elastic modes that `--against` compares.
-    #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = clap::value_parser!(u16).range(1..=500))]
+    #[arg(short = 'n', long, value_name = "MODES", default_value_t = 20, requires = "against", value_parser = values::count(1, 500))]
     pub(crate) number: u16,
     #[command(flatten)]
     pub(crate) answer: Answer,
@@ -132,7 +132,7 @@ pub(crate) struct Modes {
     #[command(flatten)]
     pub(crate) model: OneModel,
     /// Number of elastic modes.
-    #[arg(short = 'n', long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=2000))]
+    #[arg(short = 'n', long, default_value_t = 10, value_parser = values::count(1, 2000))]
     pub(crate) number: u16,
     #[command(flatten)]
     pub(crate) answer: Answer,

@@ -771,7 +771,8 @@ fn a_way_out_is_told() {
     assert!(said.code == 2 && said.err.contains("hidden.yaml:2:") && said.err.contains("write `/(N m)`"), "{said:?}");
     // Of many mistakes the first are enough.
     let sensors: Vec<String> = (0..40).map(|i| format!("  s{i}: {{node: n{i}, direction: +z}}\n")).collect();
-    let sensors = sensors.concat();
+    let placed = "  there: {node: tip, direction: +z}\n";
+    let sensors = sensors.concat() + placed;
     folder.write("many.yaml", format!("retune_test: 1\nname: t\nsources: {{s: {{kind: synthetic, text: a}}}}\nsensors:\n{sensors}modes: [{{frequency: 3 Hz, source: s}}]\n"));
     let said = folder.run("compare model.yaml many.yaml");
     assert!(said.code == 2 && said.err.contains("... and 20 more\n40 errors"), "{said:?}");
