@@ -245,7 +245,7 @@ def test_what_an_effect_raises_is_raised(cantilever: retune.Model, heavier: retu
     assert isinstance(raised.value.__cause__, LookupError)
     with pytest.raises(retune.RetuneError, match="odd: ValueError: it adds to `masers`"):
         retune.diagnose(cantilever, heavier, effects=[Odd()], faults=False)
-    with pytest.raises(retune.RetuneError, match="strange: .*no entry of a model file: unknown field `weight`"):
+    with pytest.raises(retune.RetuneError, match="strange: .*not an entry of a model file: unknown field `weight`"):
         retune.diagnose(cantilever, heavier, effects=[Strange()], faults=False)
     # The next call has nothing of the last one.
     assert retune.diagnose(cantilever, heavier, effects=[TipMass()], faults=False).hypotheses[0].id == "glued-mass@middle"
