@@ -181,6 +181,8 @@ pub struct Structure<'a> {
     strains: Vec<Vec<bool>>,
     stiff: Vec<bool>,
     heavy: Vec<bool>,
+    /// Mass of each element, as a balance sees it, kg; zero of a superelement.
+    masses: Vec<f64>,
     total_mass: f64,
     omega2: f64,
 }
@@ -216,6 +218,7 @@ impl<'a> Structure<'a> {
             strains: Vec::new(),
             stiff: Vec::new(),
             heavy: Vec::new(),
+            masses: Vec::new(),
             total_mass: model.mass_properties(&theta).ok().flatten().map_or(0.0, |p| p.mass),
             omega2: 1.0,
             theta,
@@ -358,13 +361,7 @@ impl<'a> Structure<'a> {
 
     /// Mass of some elements, as a balance sees it, kg.
     pub fn mass_of(&self, elements: &[usize]) -> f64 {
-        let of = |&e: &usize| {
-            let Ok(matrices) = self.model.element_matrices(e, &self.theta) else { return 0.0 };
-            let mass = matrices.weighed();
-            let axial: Vec<usize> = (0..mass.n()).step_by(6).collect();
-            axial.iter().flat_map(|&i| axial.iter().map(move |&j| mass.get(i, j))).sum()
-        };
-        elements.iter().map(of).sum()
+        elements.iter().map(|&e| self.masses[e]).sum()
     }
 
     /// Square of a characteristic angular frequency, rad²/s²: the lowest mode of the model that strains its members, else of the softest
@@ -568,6 +565,7 @@ impl<'a> Structure<'a> {
                 self.strains.push(vec![has_stiffness; 6]);
                 self.stiff.push(has_stiffness);
                 self.heavy.push(has_mass);
+                self.masses.push(0.0);
                 continue;
             }
             let n = 6 * e.nodes.len();
@@ -577,12 +575,16 @@ impl<'a> Structure<'a> {
                 self.strains.push(vec![false; n]);
                 self.stiff.push(false);
                 self.heavy.push(false);
+                self.masses.push(0.0);
                 continue;
             };
             self.moves.push((0..n).map(|r| connection.terms(r).iter().any(|x| x.1.abs() > 1e-9)).collect());
             self.strains.push(connection.loads(&matrices.stiffness));
             self.stiff.push(!matrices.stiffness.is_zero());
             self.heavy.push(connection.loads(&matrices.mass).contains(&true));
+            // Of a motion along its x axis.
+            let (mass, along) = (matrices.weighed(), || (0..n).step_by(6));
+            self.masses.push(along().flat_map(|i| along().map(move |j| mass.get(i, j))).sum());
         }
     }
 }

@@ -9,6 +9,7 @@ use super::connection::{Connection, turns};
 use super::constraint::Elimination;
 use super::dependence::Monomial;
 use super::dof_map::DofMap;
+use super::each::of_each;
 use super::entry::{Entry, merge};
 use super::geometry::Geometry;
 use super::mass_properties::add_rigid_mass;
@@ -19,7 +20,6 @@ use super::value::Value;
 use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Sparse K, M, C of one basis matrix.
@@ -140,7 +140,7 @@ pub(super) fn number(geometry: &Geometry, touched: &[bool], elimination: &Elimin
         .with_other_names(geometry.other_names().clone())
 }
 
-/// Elements whose matrices are reduced at once, on several threads, before they are added in their order.
+/// Elements whose matrices are reduced at once before they are added in their order.
 const AT_ONCE: usize = 4096;
 
 /// The affine part of a model and its masses of rigid motion.
@@ -177,12 +177,7 @@ pub(super) fn affine_part(
         acting.terms.iter().flatten().map(|term| (&term.factor, of_term(term))).collect::<Vec<_>>()
     };
     for some in all.chunks(AT_ONCE) {
-        let reduced: Vec<_> = if some.len() < AT_ONCE {
-            some.iter().map(reduced).collect()
-        } else {
-            some.par_iter().map(reduced).collect()
-        };
-        for (factor, (lists, rigid)) in reduced.into_iter().flatten() {
+        for (factor, (lists, rigid)) in of_each(some, reduced).into_iter().flatten() {
             let part = match factor {
                 Factor::One => &mut linear[0],
                 Factor::Parameter(p) => &mut linear[p + 1],

@@ -13,6 +13,7 @@ use super::constraint::{Elimination, active, eliminate};
 use super::critical_preload::CriticalPreload;
 use super::dependence::{central_difference, element_matrices, interior_point};
 use super::dof_map::DofMap;
+use super::each::of_each;
 use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::inside::stretch;
@@ -29,7 +30,6 @@ use crate::element::{Dof, ElementInput};
 use crate::linalg::DMatrix;
 use crate::once::Once;
 use crate::yaml::{Problem, Severity, child, version_problem};
-use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
 
 /// A model built from a file.
@@ -565,12 +565,4 @@ fn lacks(spec: &ModelSpec, placed: &Placed, elimination: &Elimination, problems:
             }
         }
     }
-}
-
-/// Elements from which on a pass over them goes over all threads: below, a search is on all of them already, and a pass costs less than asking them.
-const MANY_ELEMENTS: usize = 512;
-
-/// What each item gives, in their order.
-fn of_each<T: Sync, R: Send>(items: &[T], of: impl Fn(&T) -> R + Sync + Send) -> Vec<R> {
-    if items.len() < MANY_ELEMENTS { items.iter().map(of).collect() } else { items.par_iter().map(of).collect() }
 }

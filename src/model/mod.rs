@@ -18,6 +18,7 @@ mod constraint;
 mod critical_preload;
 mod dependence;
 mod dof_map;
+mod each;
 mod elastic_support;
 #[cfg(test)]
 mod elastic_support_tests;

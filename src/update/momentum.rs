@@ -359,7 +359,15 @@ impl Check<'_> {
             Some(known) => *known = (edit, value),
             None => drop(best.insert(at, (edit, value))),
         };
+        let all: Vec<usize> = (0..n).collect();
+        let mut forces: Vec<DMatrix<f64>> = Vec::new();
         for (point, (state, total)) in states.iter().zip(&totals).enumerate() {
+            // The points of one error follow each other.
+            if point % FACTORS.len() == 0 {
+                forces = self.shapes.iter().map(|s| s.forces(&all, point / FACTORS.len(), self.motions)).collect();
+            }
+            let of_forces: Vec<(Vec<f64>, DVector<f64>)> =
+                (0..m).map(|m| (state.density[m].forms(&forces[m]), forces[m].tr_mul(&state.x[m]))).collect();
             let y = |m: usize, k: usize| self.shapes[m].y[k];
             let v = |m: usize, i: usize, j: usize| state.density[m].at(i, j);
             let mut at = 0;
@@ -396,9 +404,8 @@ impl Check<'_> {
                 };
                 note(5 * k + 3, SensorChange::Dead { sensor: k }, self.total(state, dead));
                 let force = |m: usize| {
-                    let h = self.shapes[m].force(k, point / FACTORS.len(), self.motions);
-                    let own = h.dot(&state.density[m].times_vector(&h));
-                    (-h.dot(&state.x[m]).powi(2) / (1.0 + own), own.ln_1p())
+                    let (own, along) = (of_forces[m].0[k], of_forces[m].1[k]);
+                    (-along.powi(2) / (1.0 + own), own.ln_1p())
                 };
                 note(5 * k + 4, SensorChange::Structure { sensor: k }, self.total(state, force));
             }

@@ -7,6 +7,7 @@ use crate::problem::scene::Scene;
 use crate::thresholds::{NINETY, REMAINDER};
 use retune::effect::{Candidate, NewParameter};
 use retune::fault::PlacedFault;
+use retune::linalg::DVector;
 use retune::objective::Scaling;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,14 @@ use serde::{Deserialize, Serialize};
 pub(crate) enum Tried {
     Effect(Candidate),
     Fault(PlacedFault),
+}
+
+/// A point of the box without the sizes that stand between the first parameters and the last: those of another hypothesis.
+///
+/// * `first`, `last` - how many stay of each
+pub(crate) fn without_between(x: &DVector<f64>, first: usize, last: usize) -> DVector<f64> {
+    let rest = x.len() - last;
+    DVector::from_fn(first + last, |i, _| if i < first { x[i] } else { x[rest + i - first] })
 }
 
 /// An estimate with its 90 % interval, SI.

@@ -10,7 +10,7 @@
 //! All pairs that share one member with the best are compared; what cannot be told from a member beside the other is tied with it.
 
 use super::board::merge;
-use super::hypothesis::{Refit, Tried};
+use super::hypothesis::{Refit, Tried, without_between};
 use super::nested::leave_out_wider;
 use super::prior::Odds;
 use super::run::{refit_begun, refit_these, stage_with};
@@ -90,10 +90,6 @@ pub(crate) fn pair(
         order(&mut found);
         Ok::<_, DiagnosisError>(found)
     };
-    // Where the two have brought the base and the one that was fitted last.
-    let without_the_other = |both: &DVector<f64>, own: usize| {
-        DVector::from_iterator(n + own, both.rows(0, n).iter().chain(both.rows(both.len() - own, own).iter()).copied())
-    };
     let mut now = (first, on_first, seconds);
     order(&mut now.2);
     for exchange in 0..=base.effort().exchanges {
@@ -106,7 +102,8 @@ pub(crate) fn pair(
         let own = id(&first);
         let rivals = refits.iter().take(base.effort().rivals).filter(|r| id(r) != own && id(r) != id(&second));
         let others: Vec<&Refit> = rivals.chain([&first]).collect();
-        let both = without_the_other(&seconds[0].fit.x, on_second.fit.x.len() - n);
+        // Where the two have brought the base and the one that was fitted last.
+        let both = without_between(&seconds[0].fit.x, n, on_second.fit.x.len() - n);
         let firsts = on_top(&second, &on_second, &others, &[both])?;
         let better =
             firsts.first().filter(|best| exchange < base.effort().exchanges && id(best) != own).and_then(alone);

@@ -26,7 +26,7 @@ use crate::result::{Diagnosis, HypothesisResult, Kind, Together, Verdict};
 use crate::screen::noise::{whiteness, worst_shape};
 use crate::screen::stage::Stage;
 use crate::search::board::{Refits, merge};
-use crate::search::hypothesis::{Refit, Tried};
+use crate::search::hypothesis::{Refit, Tried, without_between};
 use crate::search::joint::together;
 use crate::search::pairs::{Pair, pair};
 use crate::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
@@ -51,8 +51,7 @@ pub(crate) fn conclude(base: &Stage, refits: &mut Refits, settings: &Settings) -
     // With its own sizes as they are beside the other.
     let begun = |r: &Refit| {
         let own = r.own_sizes().filter(|sizes| !sizes.is_empty())?;
-        let (x, k) = (&r.fit.x, own.len());
-        Some(DVector::from_iterator(n + k, x.rows(0, n).iter().chain(x.rows(x.len() - k, k).iter()).copied()))
+        Some(without_between(&r.fit.x, n, own.len()))
     };
     let tried: Vec<_> = ends.iter().flatten().map(|r| (&r.tried, begun(r))).collect();
     let alone = refit_begun(base, &tried, &starts)?;

@@ -2,7 +2,7 @@
 
 use crate::data::TestMode;
 use crate::identify::real_shape;
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::{DMatrix, DVector, DVectorView};
 use std::f64::consts::TAU;
 
 /// Stiffness errors of the grid.
@@ -46,6 +46,15 @@ impl Density {
     /// V⁻¹ y.
     pub(super) fn times_vector(&self, y: &DVector<f64>) -> DVector<f64> {
         y.component_mul(&self.weight) - self.taken.tr_mul(&(&self.taken * y))
+    }
+
+    /// hᵀ V⁻¹ h of every column h.
+    pub(super) fn forms(&self, columns: &DMatrix<f64>) -> Vec<f64> {
+        let taken = &self.taken * columns;
+        let of = |(h, t): (DVectorView<'_, f64>, DVectorView<'_, f64>)| {
+            h.iter().zip(self.weight.iter()).map(|(v, w)| w * v * v).sum::<f64>() - t.norm_squared()
+        };
+        columns.column_iter().zip(taken.column_iter()).map(of).collect()
     }
 
     /// An entry of V⁻¹.
@@ -113,22 +122,21 @@ impl Shape {
         -0.5 * self.noise.iter().map(one).sum::<f64>()
     }
 
-    /// g h: what a force at a sensor's point, of the size that is allowed for, adds to the shape beyond what an error of the stiffness mixes.
-    pub(super) fn force(&self, sensor: usize, error: usize, motions: &Motions) -> DVector<f64> {
-        let share = &self.shares[error];
-        let mut h = DVector::zeros(self.y.len());
-        for (j, lambda) in motions.lambda.iter().enumerate() {
-            let gap = lambda - self.square;
-            if share[j] < 1.0 {
-                let column = motions.elastic.column(j);
-                h.axpy((1.0 - share[j].powi(2)) * column[sensor] / gap, &column, 1.0);
-            }
+    /// g h: what a force at a sensor's point, of the size that is allowed for, adds to the shape beyond what an error of the stiffness mixes; a
+    /// column for each of some sensors.
+    pub(super) fn forces(&self, sensors: &[usize], error: usize, motions: &Motions) -> DMatrix<f64> {
+        let mut own = motions.elastic.select_rows(sensors);
+        for (j, mut column) in own.column_iter_mut().enumerate() {
+            let share = self.shares[error][j];
+            column *= if share < 1.0 { (1.0 - share.powi(2)) / (motions.lambda[j] - self.square) } else { 0.0 };
         }
-        for column in motions.rigid.column_iter() {
-            h.axpy(-column[sensor] / self.square, &column, 1.0);
+        let mut h = &motions.elastic * own.transpose();
+        h -= &motions.rigid * motions.rigid.select_rows(sensors).transpose() / self.square;
+        for mut column in h.column_iter_mut() {
+            let largest = column.amax();
+            column *= if largest > 0.0 && largest.is_finite() { WIDE * self.rms / largest } else { 0.0 };
         }
-        let largest = h.amax();
-        if largest > 0.0 && largest.is_finite() { h * (WIDE * self.rms / largest) } else { h * 0.0 }
+        h
     }
 }
 
@@ -182,10 +190,10 @@ pub(super) fn densities(shape: &Shape, motions: &Motions) -> Vec<Density> {
     let mut out = Vec::with_capacity(ERRORS.len() * FACTORS.len());
     for (e, (share, error)) in shape.shares.iter().zip(ERRORS).enumerate() {
         let mut columns = columns(shape, share, &motions.elastic, Some((&motions.rigid, rigid_share(error))));
-        let n = columns.ncols();
-        columns = columns.resize_horizontally(n + shape.forces.len(), 0.0);
-        for (i, &sensor) in shape.forces.iter().enumerate() {
-            columns.set_column(n + i, &shape.force(sensor, e, motions));
+        if !shape.forces.is_empty() {
+            let (n, forces) = (columns.ncols(), shape.forces(&shape.forces, e, motions));
+            columns = columns.resize_horizontally(n + forces.ncols(), 0.0);
+            columns.columns_mut(n, forces.ncols()).copy_from(&forces);
         }
         for factor in FACTORS {
             out.push(density(&shape.noise, factor, &columns));
@@ -253,5 +261,8 @@ mod tests {
         let some = [1, 4, 7];
         let part = DVector::from_fn(n, |i, _| if some.contains(&i) { y[i] } else { 0.0 });
         assert!((density.form_of(&y, &some) - part.dot(&(&inverse * &part))).abs() < 1e-11 * size);
+        for (form, column) in density.forms(&columns).into_iter().zip(columns.column_iter()) {
+            assert!((form - column.dot(&(&inverse * column))).abs() < 1e-11 * size);
+        }
     }
 }
