@@ -177,9 +177,6 @@ fn live_with(
         parameters.extend(sizes);
     }
     let Some(affine) = stand_in.affine() else { return Err(ModelError::NotPolynomial.into()) };
-    for (p, origin) in parameters.iter_mut().zip(&affine.origin) {
-        p.origin = *origin;
-    }
     for result in hypotheses.iter().filter(|h| h.kind == Kind::Fault).take(FAULTS) {
         let switch = TriedFault::new(model, comparison.test(), result)
             .and_then(|t| Ok((t.edit(model, &stand_in, comparison.test())?, t)));
@@ -206,15 +203,15 @@ fn live_with(
         return Err(NotLive::NothingMoves);
     }
     let n = stand_in.dof_map().n_dof();
-    let term = |powers: Vec<(usize, i32)>, from_zero: bool, basis: &Basis| {
+    let term = |powers: Vec<(usize, i32)>, basis: &Basis| {
         let of = |list: &[Entry]| (!list.is_empty()).then(|| packed(n, list));
         let (stiffness, mass) = (of(&basis.stiffness), of(&basis.mass));
-        (stiffness.is_some() || mass.is_some()).then_some(LiveTerm { powers, from_zero, stiffness, mass })
+        (stiffness.is_some() || mass.is_some()).then_some(LiveTerm { powers, stiffness, mass })
     };
-    let terms = term(Vec::new(), true, &affine.constant)
+    let terms = term(Vec::new(), &affine.constant)
         .into_iter()
-        .chain(affine.parameters.iter().enumerate().filter_map(|(j, b)| term(vec![(j, 1)], true, b)))
-        .chain(affine.products.iter().filter_map(|(m, b)| term(m.powers.clone(), false, b)))
+        .chain(affine.parameters.iter().enumerate().filter_map(|(j, b)| term(vec![(j, 1)], b)))
+        .chain(affine.products.iter().filter_map(|(m, b)| term(m.powers.clone(), b)))
         .collect();
     let sensors = stand_in.observed(&rows_of(&observation_matrix(model, &test.sensors)?));
     let points = random(&own, POINTS[usize::from(!is_small)], 0);
@@ -274,7 +271,6 @@ fn of_model(p: &Parameter, value: f64, first: Option<&Model>) -> LiveParameter {
         initial: before.filter(|b| *b != value),
         // A value outside its bounds is within reach of its slider all the same.
         range: p.bounds.map_or([value; 2], |[low, high]| [low.min(value), high.max(value)]),
-        origin: 0.0,
         description: p.description.clone(),
     }
 }
@@ -309,7 +305,6 @@ impl Tried<'_> {
             value: neutral,
             initial: None,
             range: [(neutral - reach).max(low), (neutral + reach).min(high)],
-            origin: 0.0,
             description: p.description.clone(),
         }
     }

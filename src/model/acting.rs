@@ -5,25 +5,15 @@
 
 use super::ElementMatrices;
 use super::ModelError;
-use super::dependence::{Dependence, Monomial, dependence, element_matrices, interior_point, step};
+use super::dependence::{Monomial, Terms, dependences, element_matrices, interior_point, step};
 use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
 use crate::linalg::SymMatrix;
 
-/// What a term is multiplied with.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Factor {
-    /// One.
-    One,
-    /// A parameter.
-    Parameter(usize),
-    /// A product of powers of parameters.
-    Product(Monomial),
-}
-
 /// A term of an element's matrices; what is zero is left out.
 pub(super) struct Term {
-    pub(super) factor: Factor,
+    /// What it is multiplied with.
+    pub(super) monomial: Monomial,
     /// K, M and C, on the dofs that the element acts on.
     pub(super) matrices: [Option<SymMatrix>; 3],
     /// Whether a balance sees another mass than M.
@@ -41,37 +31,37 @@ pub(super) struct Acting {
 }
 
 impl Acting {
-    pub(super) fn new(element: &PlacedElement, parameters: &ParameterSet) -> Result<Self, ModelError> {
-        let all = match dependence(element, parameters)? {
-            Dependence::Affine(constant, slopes) => {
-                let slopes = slopes.into_iter().map(|(p, a)| (Factor::Parameter(p), a));
-                std::iter::once((Factor::One, constant)).chain(slopes).collect::<Vec<_>>()
-            }
-            Dependence::Polynomial(constant, terms) => {
-                let terms = terms.into_iter().map(|(monomial, a)| (Factor::Product(monomial), a));
-                std::iter::once((Factor::One, constant)).chain(terms).collect()
-            }
-            Dependence::General => {
-                let base = interior_point(parameters);
-                let mut beside = base.clone();
-                for (i, value) in beside.iter_mut().enumerate() {
-                    *value += 0.618 * step(parameters, i, *value);
-                }
-                let at = [&base, &beside].into_iter().filter_map(|theta| element_matrices(element, theta).ok());
-                return Ok(Self { dofs: acted_on(&at.collect::<Vec<_>>()), terms: None });
-            }
-        };
-        let (factors, matrices): (Vec<_>, Vec<_>) = all.into_iter().unzip();
+    /// Of each element.
+    pub(super) fn of_all(elements: &[PlacedElement], parameters: &ParameterSet) -> Result<Vec<Self>, ModelError> {
+        dependences(elements, parameters, |e, terms| match terms {
+            Some(terms) => Self::new(terms),
+            None => Self::general(&elements[e], parameters),
+        })
+    }
+
+    /// No polynomial: what it acts on is looked at beside the base too.
+    fn general(element: &PlacedElement, parameters: &ParameterSet) -> Self {
+        let base = interior_point(parameters);
+        let mut beside = base.clone();
+        for (i, value) in beside.iter_mut().enumerate() {
+            *value += 0.618 * step(parameters, i, *value);
+        }
+        let at = [&base, &beside].into_iter().filter_map(|theta| element_matrices(element, theta).ok());
+        Self { dofs: acted_on(&at.collect::<Vec<_>>()), terms: None }
+    }
+
+    fn new(terms: Terms) -> Self {
+        let (monomials, matrices): (Vec<_>, Vec<_>) = terms.into_iter().unzip();
         let dofs = acted_on(&matrices);
         let on_dofs = |a: &SymMatrix| (!a.is_zero()).then(|| part(a, &dofs));
-        let term = |(factor, m): (Factor, &ElementMatrices)| Term {
-            factor,
+        let term = |(monomial, m): (Monomial, &ElementMatrices)| Term {
+            monomial,
             matrices: [&m.stiffness, &m.mass, &m.damping].map(on_dofs),
             has_own_weight: m.weighed_mass.is_some(),
             weighed: m.weighed_mass.as_ref().and_then(on_dofs),
         };
-        let terms: Vec<Term> = factors.into_iter().zip(&matrices).map(term).collect();
-        Ok(Self { terms: Some(terms.into_iter().filter(|t| !t.is_zero()).collect()), dofs })
+        let terms = monomials.into_iter().zip(&matrices).map(term);
+        Self { terms: Some(terms.filter(|t| !t.is_zero()).collect()), dofs }
     }
 }
 

@@ -4,7 +4,7 @@
 //! K0 + Σ θ_j K_j + Σ c_k(θ) K_k in sparse lists with products c_k of powers; the others are evaluated at every θ.
 
 use super::ElementMatrices;
-use super::acting::{Acting, Factor, Term};
+use super::acting::{Acting, Term};
 use super::connection::{Connection, turns};
 use super::constraint::Elimination;
 use super::dependence::Monomial;
@@ -36,7 +36,7 @@ pub struct Basis {
 /// The affine part of a model, and that which is so in products of parameters, and so for M and C:
 ///
 /// ```text
-/// K(θ) = K0 + Σ_j θ_j K_j + Σ_k c_k(θ) K_k,    c_k(θ) = Π (θ_j - b_j)^p
+/// K(θ) = K0 + Σ_j θ_j K_j + Σ_k c_k(θ) K_k,    c_k(θ) = Π θ_j^p
 /// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AffinePart {
@@ -46,8 +46,6 @@ pub struct AffinePart {
     pub parameters: Vec<Basis>,
     /// Products, each with its K_k, M_k, C_k, in the order of their powers.
     pub products: Vec<(Monomial, Basis)>,
-    /// b, for each parameter of θ.
-    pub origin: Vec<f64>,
 }
 
 impl AffinePart {
@@ -58,14 +56,13 @@ impl AffinePart {
 
     /// Every basis with its factor at θ.
     pub fn at(&self, theta: &[f64]) -> impl Iterator<Item = (&Basis, f64)> {
-        let products = self.products.iter().map(|(monomial, basis)| (basis, monomial.at(theta, &self.origin)));
+        let products = self.products.iter().map(|(monomial, basis)| (basis, monomial.at(theta)));
         std::iter::once((&self.constant, 1.0)).chain(self.parameters.iter().zip(theta.iter().copied())).chain(products)
     }
 
     /// The bases that depend on θ_j, each with the derivative of its factor.
     pub fn derivative(&self, theta: &[f64], j: usize) -> impl Iterator<Item = (&Basis, f64)> {
-        let products =
-            self.products.iter().map(move |(monomial, basis)| (basis, monomial.derivative(theta, &self.origin, j)));
+        let products = self.products.iter().map(move |(monomial, basis)| (basis, monomial.derivative(theta, j)));
         std::iter::once((&self.parameters[j], 1.0)).chain(products.filter(|p| p.1 != 0.0))
     }
 }
@@ -145,17 +142,16 @@ const AT_ONCE: usize = 4096;
 
 /// The affine part of a model and its masses of rigid motion.
 ///
-/// * `origin` - the base of [`super::dependence::dependence`], for each parameter
+/// * `n_parameters` - length of θ
 pub(super) fn affine_part(
     elements: &[PlacedElement],
     acting: &[Acting],
     connections: &[Connection],
     dofs: &DofMap,
     positions: &[[f64; 3]],
-    origin: Vec<f64>,
+    n_parameters: usize,
 ) -> (AffinePart, AffineMass) {
-    let mut linear: Vec<Part> = vec![Part::default(); origin.len() + 1];
-    let mut products: BTreeMap<Monomial, Part> = BTreeMap::new();
+    let mut parts = Parts { linear: vec![Part::default(); n_parameters + 1], products: BTreeMap::new() };
     let all: Vec<usize> = (0..elements.len()).filter(|&e| elements[e].matrices.is_none()).collect();
     let reduced = |&e: &usize| {
         let (element, acting, connection) = (&elements[e], &acting[e], &connections[e]);
@@ -174,23 +170,18 @@ pub(super) fn affine_part(
             }
             (lists, rigid)
         };
-        acting.terms.iter().flatten().map(|term| (&term.factor, of_term(term))).collect::<Vec<_>>()
+        acting.terms.iter().flatten().map(|term| (&term.monomial, of_term(term))).collect::<Vec<_>>()
     };
     for some in all.chunks(AT_ONCE) {
-        for (factor, (lists, rigid)) in of_each(some, reduced).into_iter().flatten() {
-            let part = match factor {
-                Factor::One => &mut linear[0],
-                Factor::Parameter(p) => &mut linear[p + 1],
-                Factor::Product(monomial) => products.entry(monomial.clone()).or_default(),
-            };
-            part.add(lists, &rigid);
+        for (monomial, (lists, rigid)) in of_each(some, reduced).into_iter().flatten() {
+            parts.of(monomial).add(lists, &rigid);
         }
     }
     for element in elements.iter().filter(|e| e.matrices.is_some()) {
-        add_matrices(element, dofs, positions, &origin, &mut linear, &mut products);
+        add_matrices(element, dofs, positions, &mut parts);
     }
-    let mut part = AffinePart { origin, ..AffinePart::default() };
-    let mut mass = AffineMass::default();
+    let Parts { linear, products } = parts;
+    let (mut part, mut mass) = (AffinePart::default(), AffineMass::default());
     for (place, of) in linear.into_iter().enumerate() {
         let (basis, rigid) = of.merged();
         if place == 0 {
@@ -249,18 +240,27 @@ impl Part {
     }
 }
 
+/// The parts of an [`AffinePart`] while they grow.
+struct Parts {
+    linear: Vec<Part>,
+    products: BTreeMap<Monomial, Part>,
+}
+
+impl Parts {
+    fn of(&mut self, monomial: &Monomial) -> &mut Part {
+        match monomial.powers.as_slice() {
+            [] => &mut self.linear[0],
+            [(j, 1)] => &mut self.linear[j + 1],
+            _ => self.products.entry(monomial.clone()).or_default(),
+        }
+    }
+}
+
 /// Adds the matrices of a superelement, or of a term of one, to the parts of their powers, as [`matrix_uses`] says.
-fn add_matrices(
-    element: &PlacedElement,
-    dofs: &DofMap,
-    positions: &[[f64; 3]],
-    origin: &[f64],
-    linear: &mut [Part],
-    products: &mut BTreeMap<Monomial, Part>,
-) {
+fn add_matrices(element: &PlacedElement, dofs: &DofMap, positions: &[[f64; 3]], parts: &mut Parts) {
     let Some(matrices) = &element.matrices else { return };
     let follows = matrices.follows(dofs);
-    let uses = matrix_uses(element, origin);
+    let uses = matrix_uses(element);
     for (of, matrix) in [(Kind::Stiffness, &matrices.k), (Kind::Mass, &matrices.m), (Kind::Damping, &matrices.c)] {
         let Some(matrix) = matrix else { continue };
         let mut entries = follows.reduce(matrix);
@@ -268,10 +268,8 @@ fn add_matrices(
         let rigid = (of == Kind::Mass).then(|| matrices.rigid(matrix, positions));
         for (_, kind, polynomial) in uses.iter().filter(|u| u.0 == of) {
             let kind = *kind;
-            let add = |part: &mut Part, factor: f64| {
-                if factor == 0.0 {
-                    return;
-                }
+            for (monomial, factor) in polynomial.terms() {
+                let part = parts.of(monomial);
                 let list = match kind {
                     Kind::Stiffness => &mut part.basis.stiffness,
                     Kind::Mass => &mut part.basis.mass,
@@ -280,20 +278,6 @@ fn add_matrices(
                 list.extend(entries.iter().map(|e| Entry { value: factor * e.value, ..*e }));
                 if let Some(rigid) = rigid.as_ref().filter(|_| kind == Kind::Mass) {
                     part.rigid.add_scaled(factor, rigid);
-                }
-            };
-            if let Some((constant, slopes)) = polynomial.slopes(origin) {
-                add(&mut linear[0], constant);
-                for (j, slope) in slopes {
-                    add(&mut linear[j + 1], slope);
-                }
-                continue;
-            }
-            for (monomial, factor) in polynomial.terms() {
-                if monomial.powers.is_empty() {
-                    add(&mut linear[0], factor);
-                } else {
-                    add(products.entry(monomial.clone()).or_default(), factor);
                 }
             }
         }
@@ -313,13 +297,13 @@ pub(super) enum Kind {
 /// ```text
 /// K = c_K(θ) K_k,    M = c_M(θ) M_k,    C = c_C(θ) C_k + β(θ) c_K(θ) K_k + α(θ) c_M(θ) M_k
 /// ```
-pub(super) fn matrix_uses(element: &PlacedElement, origin: &[f64]) -> Vec<(Kind, Kind, Polynomial)> {
-    let of = |value: &Option<Value>| Polynomial::of(value.as_ref(), origin);
+pub(super) fn matrix_uses(element: &PlacedElement) -> Vec<(Kind, Kind, Polynomial)> {
+    let of = |value: &Option<Value>| Polynomial::of(value.as_ref());
     let (stiffness, mass) = (of(&element.stiffness_factor), of(&element.mass_factor));
     let damping = of(&element.matrices.as_ref().and_then(|m| m.damping_factor.clone()));
     // Damping in proportion is zero where nothing is said.
     let proportional =
-        |value: &Option<Value>, of: &Polynomial| value.as_ref().map(|v| Polynomial::of(Some(v), origin).times(of));
+        |value: &Option<Value>, of: &Polynomial| value.as_ref().map(|v| Polynomial::of(Some(v)).times(of));
     let by_stiffness = proportional(&element.stiffness_damping, &stiffness);
     let by_mass = proportional(&element.mass_damping, &mass);
     let own =

@@ -19,7 +19,7 @@ use self::at::PartAt;
 use self::factored::Factored;
 use super::connection::{Connection, motion_in_axes, place as place_of};
 use super::constraint::{Elimination, eliminate};
-use super::dependence::{Dependence, Monomial, central_difference, dependence, element_matrices};
+use super::dependence::{Terms, central_difference, dependence, element_matrices};
 use super::dof_map::{Combination, rigid_motion};
 use super::elastic_support::ElasticSupports;
 use super::mass_properties::add_rigid_mass;
@@ -411,23 +411,22 @@ impl Change {
     ///
     /// * `all` - the parameters of the model, then those that the change brings
     /// * `on_coordinates` - the matrices of a superelement on the coordinates that are wanted
-    ///
-    /// A term that is marked counts its parameter from zero, any other from its origin.
     pub(super) fn terms(
         &self,
         part: usize,
         all: &ParameterSet,
         on_coordinates: impl Fn(&OnRows) -> ElementMatrices,
-    ) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
+    ) -> Option<Terms> {
         let (element, before) = match &self.parts[part] {
             Part::Element { element, before, .. } => (element, before),
             Part::Supports { .. } => return None,
-            Part::Factored(part) => return Some(part.terms(&self.model, all, &on_coordinates(&part.of))),
+            Part::Factored(part) => return Some(part.terms(&self.model, &on_coordinates(&part.of))),
         };
         let own = self.model.parameters();
-        let mut out = terms_of(dependence(element, all).ok()?, 1.0)?;
+        let mut out = dependence(element, all).ok()??;
         if let Some(e) = before {
-            out.extend(terms_of(dependence(&self.model.elements()[*e], own).ok()?, -1.0)?);
+            let before = dependence(&self.model.elements()[*e], own).ok()??;
+            out.extend(before.into_iter().map(|(monomial, a)| (monomial, a.combine(&a, |a, _| -a))));
         }
         Some(out)
     }
@@ -560,21 +559,6 @@ impl Change {
         self.new = kept.map(|(_, at)| at).collect();
         Some(self)
     }
-}
-
-fn terms_of(dependence: Dependence, sign: f64) -> Option<Vec<(Monomial, bool, ElementMatrices)>> {
-    let signed = |matrices: ElementMatrices| matrices.combine(&matrices, |a, _| sign * a);
-    let (constant, rest) = match dependence {
-        Dependence::Affine(constant, slopes) => {
-            let term = |(j, a)| (Monomial { powers: vec![(j, 1)] }, true, signed(a));
-            (constant, slopes.into_iter().map(term).collect::<Vec<_>>())
-        }
-        Dependence::Polynomial(constant, terms) => {
-            (constant, terms.into_iter().map(|(monomial, a)| (monomial, false, signed(a))).collect())
-        }
-        Dependence::General => return None,
-    };
-    Some([vec![(Monomial::default(), false, signed(constant))], rest].concat())
 }
 
 impl Value {

@@ -120,7 +120,7 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named } =
             placed;
-        let acting = of_each(&elements, |e| Acting::new(e, &parameters)).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let acting = Acting::of_all(&elements, &parameters)?;
         let touched = touched(&elements, &acting, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
         if dofs.n_dof() == 0 {
@@ -136,7 +136,7 @@ impl Model {
             ElasticSupports::new(compliances, &released, n, &elements, &connections, &dofs)
         };
         let (affine, rigid_mass) =
-            affine_part(&elements, &acting, &connections, &dofs, &geometry.positions, interior_point(&parameters));
+            affine_part(&elements, &acting, &connections, &dofs, &geometry.positions, parameters.len());
         let general: Vec<usize> = (0..elements.len()).filter(|&i| acting[i].terms.is_none()).collect();
         drop(acting);
         let base = interior_point(&parameters);

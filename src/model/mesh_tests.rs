@@ -237,3 +237,49 @@ fn triangles_among_quadrilaterals_converge_in_their_plane() {
         assert!(fine[mode] < 0.02 && fine[mode] < 0.5 * coarse[mode], "mode {mode}: {coarse:?}, {fine:?}");
     }
 }
+
+/// E, ρ and t of a plate are in four products, whatever their bounds, and its matrices are the sums of them at any θ.
+#[test]
+fn a_plate_has_as_many_terms_as_its_theory() {
+    for share in [0.5, 0.05, 1e-3] {
+        let bounds = |v: f64| format!("{{value: {v}, bounds: [{}, {}]}}", v * (1.0 - share), v * (1.0 + 1.3 * share));
+        let text = format!(
+            "{MESH}supports: {{clamp: {{nodes: [root]}}}}\nparameters: {{E: {}, rho: {}, t: {}}}\n",
+            bounds(70e9),
+            bounds(2700.0),
+            bounds(2e-3)
+        );
+        let text = format!(
+            "retune: 1\nname: plate\nsections: {{alu: {{E: E, nu: 0.33, density: rho, thickness: t}}}}\n{text}"
+        );
+        let mesh = plate([8, 4], [400.0, 200.0]);
+        let mut files = |_: &str| Ok(mesh.as_bytes().to_vec());
+        let (model, ..) = load_in(&text, None, &Registry::builtin(), &mut files).unwrap();
+        let affine = model.affine().expect("polynomials");
+        let powers: Vec<_> = affine.products.iter().map(|(m, _)| m.powers.clone()).collect();
+        assert_eq!(powers, [vec![(0, 1), (2, 1)], vec![(0, 1), (2, 3)], vec![(1, 1), (2, 1)], vec![(1, 1), (2, 3)]]);
+        assert!(affine.constant.stiffness.is_empty() && affine.parameters.iter().all(|p| p.mass.is_empty()));
+        let theta = [70e9 * (1.0 + share), 2700.0 * (1.0 - 0.3 * share), 2e-3 * (1.0 + 0.7 * share)];
+        let system = model.assemble(&theta).unwrap();
+        let (elements, connections) = model.elements_and_connections();
+        let mut sum = super::system::System::zeros(system.stiffness.nrows(), false);
+        for (element, connection) in elements.iter().zip(connections) {
+            let own = super::dependence::element_matrices(element, &theta).unwrap();
+            super::assembly::add_element(&mut sum, connection, &own);
+        }
+        super::assembly::symmetrise(&mut sum);
+        for (a, b) in [(&system.stiffness, &sum.stiffness), (&system.mass, &sum.mass)] {
+            for i in 0..a.nrows() {
+                for j in 0..a.ncols() {
+                    let size = (b[(i, i)] * b[(j, j)]).sqrt();
+                    assert!(
+                        (a[(i, j)] - b[(i, j)]).abs() <= 1e-12 * size,
+                        "{share}: {i} {j} {} {}",
+                        a[(i, j)],
+                        b[(i, j)]
+                    );
+                }
+            }
+        }
+    }
+}

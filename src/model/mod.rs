@@ -324,16 +324,6 @@ impl ElementMatrices {
     fn is_zero(&self) -> bool {
         [&self.stiffness, &self.mass, self.weighed(), &self.damping].iter().all(|a| a.is_zero())
     }
-
-    /// Whether every entry agrees within `tolerance` times the largest entry of its matrix.
-    fn is_close(&self, other: &Self, tolerance: f64) -> bool {
-        [(&self.stiffness, &other.stiffness), (&self.mass, &other.mass), (&self.damping, &other.damping)].iter().all(
-            |(a, b)| {
-                let size = a.lower().iter().map(|v| v.abs()).fold(0.0, f64::max);
-                a.lower().iter().zip(b.lower()).all(|(x, y)| (x - y).abs() <= tolerance * size)
-            },
-        )
-    }
 }
 
 /// Why a model has no matrices.

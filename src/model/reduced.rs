@@ -245,7 +245,6 @@ impl<'a> ReducedModel<'a> {
             constant: next(),
             parameters: terms.parameters.iter().map(|_| next()).collect(),
             products: terms.products.iter().map(|(monomial, _)| (monomial.clone(), next())).collect(),
-            origin: terms.origin.clone(),
         };
         self.mirror = span.signs().map(|signs| signs.into_iter().enumerate().collect());
         self.dofs = self.full.dof_map().on_basis(&v, &span.coordinates_of_rigid_motions(n_rigid));

@@ -302,7 +302,6 @@ impl StandIn {
         let size = self.dofs.n_dof();
         let own = self.common.model.parameters().len();
         let mut sum = Sum::new(size, self.parameters.len());
-        sum.origin = interior_point(&self.parameters);
         let masses = self.common.model.affine_mass_part();
         let terms = self.common.affine.bases().zip(&self.common.terms);
         let mut grown = terms.zip(masses.linear.iter().chain(&masses.products));
@@ -327,8 +326,7 @@ impl StandIn {
             let motion = Motion::new(self.motion(placed, &rows));
             let n_rigid = self.common.n_rigid;
             let mut parts = Vec::new();
-            // By monomial, and whether it counts from zero.
-            let mut found: BTreeMap<(Monomial, bool), Projection<'_>> = BTreeMap::new();
+            let mut found: BTreeMap<Monomial, Projection<'_>> = BTreeMap::new();
             for part in 0..placed.change.len() {
                 let Some(terms) = placed.change.terms(part, &parameters, |of| self.on_coordinates(of)) else {
                     parts.push(part);
@@ -339,22 +337,22 @@ impl StandIn {
                     not_in_rigid_mass.push((k, part));
                 }
                 let at = |j: usize| if j < own { j } else { j + placed.first_size };
-                for (monomial, is_linear, matrices) in terms {
+                for (monomial, matrices) in terms {
                     let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
                     let monomial = Monomial { powers };
-                    placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial, is_linear).rigid);
+                    placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial).rigid);
                     match placed.change.motion(part) {
                         Some(connection) => {
                             let new = || Projection::new(&rows, &motion, n_rigid);
-                            found.entry((monomial, is_linear)).or_insert_with(new).take(connection, &matrices);
+                            found.entry(monomial).or_insert_with(new).take(connection, &matrices);
                         }
                         // Matrices of a superelement are on the coordinates already.
-                        None => add(sum.term(&monomial, is_linear), &matrices),
+                        None => add(sum.term(&monomial), &matrices),
                     }
                 }
             }
-            for ((monomial, is_linear), projection) in found {
-                projection.add_to(sum.term(&monomial, is_linear).matrices.each_mut().map(Some));
+            for (monomial, projection) in found {
+                projection.add_to(sum.term(&monomial).matrices.each_mut().map(Some));
             }
             if !parts.is_empty() {
                 general.push(General { change: k, parts, rows, motion });

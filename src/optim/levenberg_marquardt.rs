@@ -22,11 +22,14 @@ pub struct LevenbergMarquardt {
     pub tolerance: f64,
     /// First damping, relative to the squared column norms of the Jacobian.
     pub damping: f64,
+    /// Ends the search also when a step promises a smaller reduction of the cost than this; the cost is half a squared sum in
+    /// standard deviations.
+    pub gain: f64,
 }
 
 impl Default for LevenbergMarquardt {
     fn default() -> Self {
-        Self { steps: 500, tolerance: 1e-12, damping: 1e-3 }
+        Self { steps: 500, tolerance: 1e-12, damping: 1e-3, gain: 0.0 }
     }
 }
 
@@ -86,6 +89,9 @@ impl LevenbergMarquardt {
         if !(self.damping > 0.0 && self.damping <= 1e6) {
             return Err(OptimError::setting(ABOUT.name, "damping", self.damping, "above 0 and at most 1e6"));
         }
+        if self.gain.is_nan() || self.gain < 0.0 {
+            return Err(OptimError::setting(ABOUT.name, "gain", self.gain, "at least 0"));
+        }
         Ok(())
     }
 
@@ -107,7 +113,7 @@ impl LevenbergMarquardt {
                     trial[j] = (x[j] + step[j]).clamp(0.0, 1.0);
                 }
                 let promised = model.relative_reduction(&step);
-                if promised <= f64::EPSILON || trial == x {
+                if promised <= f64::EPSILON || promised * cost < self.gain || trial == x {
                     return Ok(Termination::ReductionVanishes);
                 }
                 let trial_cost = run.cost(&trial)?;

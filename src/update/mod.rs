@@ -206,7 +206,11 @@ pub fn update_to_tests(
     settings: &Settings,
     controls: Controls<'_>,
 ) -> Result<Update, UpdateError> {
-    let settled = Settled::new(cases, settings)?;
+    let reduction = reduced::tolerance(cases, settings).map(|t| ReducedCases::new(cases, t)).transpose()?;
+    let settled = match &reduction {
+        Some(reduction) => Settled::new(&reduction.cases(), settings)?,
+        None => Settled::new(cases, settings)?,
+    };
     let given = cases;
     let cases = &settled.cases(cases)[..];
     let comparisons = compare_all(cases, settings)?;
@@ -228,6 +232,14 @@ pub fn update_to_tests(
     let objective = Augmented::new(&data, weight, start.clone(), walls.clone());
     let squares = objective::stack(&comparisons, settings, &scaling, Cost::LeastSquares);
     let judge = Augmented::new(&squares, weight, start.clone(), walls.clone());
+    // What is asked for often is asked of the reduced models.
+    let reduced_cases = reduction.as_ref().map(ReducedCases::cases).unwrap_or_default();
+    let reduced_cases = settled.cases(&reduced_cases);
+    let on_reduced = reduction.as_ref().map(|_| compare_all(&reduced_cases, settings)).transpose()?;
+    let often = on_reduced.as_ref().unwrap_or(&comparisons);
+    let [reduced_data, reduced_squares] =
+        [settings.cost, Cost::LeastSquares].map(|cost| objective::stack(often, settings, &scaling, cost));
+    let judged_often = Augmented::new(&reduced_squares, weight, start.clone(), walls.clone());
     let cost_before = objective.cost(&start)?;
     // Where the pairs were found the parameters are near them: a fit that starts there does not stick on its way.
     let near = settled.theta.as_ref().map(|theta| scaling.x(theta));
@@ -238,14 +250,19 @@ pub fn update_to_tests(
     let optimizer = settings.optimizer_for(model);
     let (cancel, is_free) = (controls.cancel.clone(), controls.budget.is_none());
     let afterwards = || Controls { cancel: cancel.clone(), ..Controls::default() };
-    let (optimum, reduced) = match settings.reduced {
-        None => (optimizer.minimize(begin, &mut controls.run(&objective, settings.seed))?, None),
-        Some(tolerance) => {
-            let reduction = ReducedCases::new(cases, tolerance)?;
-            let comparisons = compare_all(&reduction.cases(), settings)?;
-            let data = objective::stack(&comparisons, settings, &scaling, settings.cost);
-            let on_reduced = Augmented::new(&data, weight, start.clone(), walls);
-            let found = optimizer.minimize(begin, &mut controls.run(&on_reduced, settings.seed))?;
+    let as_before = |optimum: Optimum, objective: &dyn Objective| match settings.cost {
+        Cost::LeastSquares => guard::unseen_as_before(optimum, objective, &start),
+        Cost::Paper | Cost::Frequencies => optimum,
+    };
+    let (optimum, reduced) = match &reduction {
+        None => {
+            let found = optimizer.minimize(begin, &mut controls.run(&objective, settings.seed))?;
+            (as_before(found, &objective), None)
+        }
+        Some(reduction) => {
+            let searched = Augmented::new(&reduced_data, weight, start.clone(), walls.clone());
+            let found = optimizer.minimize(begin, &mut controls.run(&searched, settings.seed))?;
+            let found = as_before(found, &searched);
             let costs = [found.cost, objective.cost(&found.x)?];
             let summary = reduction.summary(found.evaluations + found.linearizations, costs);
             let refined =
@@ -259,11 +276,6 @@ pub fn update_to_tests(
         }
     };
 
-    let optimum = if settings.cost == Cost::LeastSquares {
-        guard::unseen_as_before(optimum, &objective, &start)
-    } else {
-        optimum
-    };
     let tried = optimum.x.clone();
     let partners = |x: &DVector<f64>| {
         let theta = scaling.theta(x);
@@ -282,7 +294,7 @@ pub fn update_to_tests(
     } else {
         Basis::Propagated
     };
-    let mut uncertainty = uncertainty(&judge, model, &scaling, &optimum.x, basis)?;
+    let mut uncertainty = uncertainty(&judged_often, model, &scaling, &optimum.x, basis)?;
     if let Some(misfits) = refused {
         let at_start = assess_all(&starting_point)?;
         let there = assess_all(&scaling.theta(&tried))?;
@@ -295,7 +307,8 @@ pub fn update_to_tests(
     let changes = |theta: &[f64], certain: &Uncertainty| changes(model, theta, certain);
     let mut alternatives = Vec::new();
     if is_misfit && !cancel.as_ref().is_some_and(|c| c.load(std::sync::atomic::Ordering::Relaxed)) {
-        alternatives = self::alternatives::alternatives((model, &scaling), &judge, &optimum, changes, afterwards)?;
+        alternatives =
+            self::alternatives::alternatives((model, &scaling), &judged_often, &optimum, changes, afterwards)?;
         if is_free && !is_large(model) {
             let in_words = |x: &DVector<f64>| changes(&scaling.theta(x), &uncertainty);
             let lower = guard::lower_elsewhere(&judge, &optimum, &optimizer, in_words, afterwards(), settings.seed);
@@ -386,11 +399,14 @@ pub fn sample_posterior_by(
     sampler: &Tmcmc,
     evaluator: &dyn Evaluator,
 ) -> Result<Sampled, UpdateError> {
-    let settled = Settled::new(cases, settings)?;
-    let cases = &settled.cases(cases)[..];
-    let Some(tolerance) = settings.reduced else { return Ok(sample(cases, settings, sampler, evaluator)?.0) };
+    let Some(tolerance) = reduced::tolerance(cases, settings) else {
+        let settled = Settled::new(cases, settings)?;
+        return Ok(sample(&settled.cases(cases), settings, sampler, evaluator)?.0);
+    };
     let reduction = ReducedCases::new(cases, tolerance)?;
-    let (found, weight) = sample(&reduction.cases(), settings, sampler, evaluator)?;
+    let settled = Settled::new(&reduction.cases(), settings)?;
+    let cases = &settled.cases(cases)[..];
+    let (found, weight) = sample(&settled.cases(&reduction.cases()), settings, sampler, evaluator)?;
     let posterior = &found.posterior;
     let mut costs = [f64::NAN; 2];
     if let Some(best) = posterior.best() {

@@ -1,12 +1,36 @@
 //! A search on reduced models, and the refinement of what it finds on the full ones.
 
-use super::{Cost, TestCase, UpdateError};
+use super::{Cost, Settings, TestCase, UpdateError};
 use crate::data::TestData;
 use crate::model::{ParametricModel, ReducedModel, ReducedOptions};
 use crate::optim::{Improvement, LevenbergMarquardt, NelderMead, OptimizerSpec, Optimum};
 
 /// Modes beside those of the test that a reduced model must have right: partners may sit between others.
 const MORE_MODES: usize = 4;
+
+/// From so many dofs on a search is on reduced models without being asked for it.
+const FROM: usize = 10_000;
+/// Largest relative error of a frequency then, and as a part of the smallest standard deviation of one.
+const TOLERANCE: f64 = 1e-4;
+const PART_OF_SD: f64 = 0.1;
+/// Least that is asked for: an estimate of a smaller one is rounding.
+const LEAST: f64 = 1e-6;
+
+/// To which relative error of frequencies models are reduced for a search; `None` where it is on the full ones.
+pub(super) fn tolerance(cases: &[TestCase<'_>], settings: &Settings) -> Option<f64> {
+    let is_large = |c: &TestCase<'_>| c.model.dof_map().n_dof() >= FROM;
+    let can_be = |c: &TestCase<'_>| c.model.affine().is_some() && is_of_modes(c.test);
+    settings.reduced.or_else(|| {
+        let sds = cases.iter().flat_map(|c| &c.test.modes).map(|m| m.frequency_hz.sd / m.frequency_hz.value);
+        let by_sd = PART_OF_SD * sds.filter(|sd| *sd > 0.0).fold(f64::INFINITY, f64::min);
+        cases.iter().all(|c| is_large(c) && can_be(c)).then(|| by_sd.clamp(LEAST, TOLERANCE))
+    })
+}
+
+/// Whether a test asks for modes and mass alone.
+fn is_of_modes(test: &TestData) -> bool {
+    test.static_tests.is_empty() && test.frfs.is_none()
+}
 
 /// What a search on reduced models had to do with.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +62,7 @@ impl<'a> ReducedCases<'a> {
     /// * `tolerance` - of the relative error of frequencies
     pub(super) fn new(cases: &[TestCase<'a>], tolerance: f64) -> Result<Self, UpdateError> {
         let reduce = |case: &TestCase<'a>| {
-            if !case.test.static_tests.is_empty() || case.test.frfs.is_some() {
+            if !is_of_modes(case.test) {
                 return Err(UpdateError::NotReduced { test: case.test.name.clone() });
             }
             let n_modes = case.test.modes.len() + MORE_MODES;
@@ -69,10 +93,16 @@ impl<'a> ReducedCases<'a> {
     }
 }
 
+/// A reduction of half a squared misfit for which the full models are not solved again.
+const NO_GAIN: f64 = 1e-4;
+
 /// What refines on the full models.
 pub(super) fn refiner(cost: Cost) -> OptimizerSpec {
     match cost {
-        Cost::LeastSquares => OptimizerSpec::LevenbergMarquardt(LevenbergMarquardt::default()),
+        Cost::LeastSquares => {
+            let method = LevenbergMarquardt { gain: NO_GAIN, ..LevenbergMarquardt::default() };
+            OptimizerSpec::LevenbergMarquardt(method)
+        }
         Cost::Paper | Cost::Frequencies => OptimizerSpec::NelderMead(NelderMead::default()),
     }
 }

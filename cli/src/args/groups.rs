@@ -61,7 +61,7 @@ pub(crate) struct Search {
     /// A file with terms and weights, loss, regularisation and limits of the least-squares cost.
     #[arg(long, value_name = "FILE")]
     pub(crate) objective: Option<PathBuf>,
-    /// Work on a reduced model whose frequencies are right to this share within the bounds; for large models.
+    /// Work on a reduced model whose frequencies are right to this share within the bounds; models of 10 000 dofs or more do so unasked, where they can.
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, require_equals = true, default_missing_value = "0.01 %", value_parser = values::tolerance)]
     pub(crate) reduced: Option<f64>,
 }

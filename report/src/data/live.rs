@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The terms of K and M on one basis, sensors on that basis, the test, and how right all that is.
 ///
 /// ```text
-/// K(θ) = Σ_t c_t(θ) K_t,    M(θ) = Σ_t c_t(θ) M_t,    c_t(θ) = Π_j (θ_j - b_j)^p
+/// K(θ) = Σ_t c_t(θ) K_t,    M(θ) = Σ_t c_t(θ) M_t,    c_t(θ) = Π_j θ_j^p
 /// K φ = λ M φ,    at the sensors S φ,    at node i  D_i φ
 /// ```
 ///
@@ -87,8 +87,6 @@ pub struct LiveParameter {
     pub initial: Option<f64>,
     /// Ends of the slider, SI; equal for a constant.
     pub range: [f64; 2],
-    /// b of the powers, SI.
-    pub origin: f64,
     /// What it is.
     pub description: String,
 }
@@ -162,8 +160,6 @@ pub struct LiveEntries {
 pub struct LiveTerm {
     /// (parameter, power) of each factor; none for the constant term.
     pub powers: Vec<(usize, i32)>,
-    /// Whether powers count from zero, not from b.
-    pub from_zero: bool,
     /// K_t.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<LiveMatrix>,

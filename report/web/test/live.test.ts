@@ -125,16 +125,16 @@ const text = (...values: number[]): string => Buffer.from(Float64Array.from(valu
 
 /** Two masses between three springs, k, c k, k: λ = k/m and (1 + 2c) k/m; and a mass at the first that a hypothesis adds. */
 function chain(): Live {
-  const parameter = (name: string, value: number, range: [number, number], origin = 0) => ({ name, unit: "N/m", unit_factor: 1, value, range, origin, description: "" });
+  const parameter = (name: string, value: number, range: [number, number]) => ({ name, unit: "N/m", unit_factor: 1, value, range, description: "" });
   return {
     n: 2, is_complete: true, n_rigid: 0, shift: 50, n_elastic: 4,
-    parameters: [parameter("k", 100, [50, 200]), parameter("c k", 30, [10, 90], 20), { ...parameter("added", 0, [0, 2]), unit: "kg" }],
+    parameters: [parameter("k", 100, [50, 200]), parameter("c k", 30, [10, 90]), { ...parameter("added", 0, [0, 2]), unit: "kg" }],
     hypotheses: [{ id: "point-mass@a", kind: "point-mass", sizes: [2], estimates: [1], probability: 0.5, alters: [], accuracy: { points: 0, frequency: [0, 0], mac: [0, 0] } }],
     terms: [
-      { powers: [], from_zero: true, stiffness: { lower: text(20, -20, 20) }, mass: { lower: text(1, 0, 1) } },
-      { powers: [[0, 1]], from_zero: true, stiffness: { lower: text(1, 0, 1) } },
-      { powers: [[1, 1]], from_zero: false, stiffness: { sum: text(2, Math.SQRT1_2, -Math.SQRT1_2) } },
-      { powers: [[2, 1]], from_zero: true, mass: { sum: text(1, 1, 0) } },
+      { powers: [], mass: { lower: text(1, 0, 1) } },
+      { powers: [[0, 1]], stiffness: { lower: text(1, 0, 1) } },
+      { powers: [[1, 1]], stiffness: { sum: text(2, Math.SQRT1_2, -Math.SQRT1_2) } },
+      { powers: [[2, 1]], mass: { sum: text(1, 1, 0) } },
     ],
     sensors: text(1, 0, 0, 1), displacement: Buffer.from(Float32Array.of(0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1).buffer).toString("base64"),
     test: [

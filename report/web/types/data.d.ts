@@ -1034,7 +1034,7 @@ export interface IdentifiedMode {
  * The terms of K and M on one basis, sensors on that basis, the test, and how right all that is.
  *
  * ```text
- * K(θ) = Σ_t c_t(θ) K_t,    M(θ) = Σ_t c_t(θ) M_t,    c_t(θ) = Π_j (θ_j - b_j)^p
+ * K(θ) = Σ_t c_t(θ) K_t,    M(θ) = Σ_t c_t(θ) M_t,    c_t(θ) = Π_j θ_j^p
  * K φ = λ M φ,    at the sensors S φ,    at node i  D_i φ
  * ```
  *
@@ -1166,10 +1166,6 @@ export interface LiveParameter {
    */
   range: [number, number];
   /**
-   * b of the powers, SI.
-   */
-  origin: number;
-  /**
    * What it is.
    */
   description: string;
@@ -1295,10 +1291,6 @@ export interface LiveTerm {
    * (parameter, power) of each factor; none for the constant term.
    */
   powers: [number, number][];
-  /**
-   * Whether powers count from zero, not from b.
-   */
-  from_zero: boolean;
   /**
    * K_t.
    */

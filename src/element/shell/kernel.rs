@@ -65,20 +65,19 @@ impl Frame {
     /// Tᵀ A T, (6 nodes) x (6 nodes).
     pub(super) fn to_nodes(&self, a: &DMatrix<f64>, offset: f64) -> SymMatrix {
         let n = self.at.len();
-        let mut t = DMatrix::zeros(DOFS * n, DOFS * n);
         let block = self.carry(offset);
-        for k in 0..n {
-            for i in 0..DOFS {
-                for j in 0..DOFS {
-                    t[(DOFS * k + i, DOFS * k + j)] = block[i][j];
-                }
-            }
-        }
-        let carried = t.tr_mul(&(a * &t));
         let mut out = SymMatrix::zeros(DOFS * n);
-        for i in 0..DOFS * n {
-            for j in 0..=i {
-                out.add(i, j, 0.5 * (carried[(i, j)] + carried[(j, i)]));
+        for (k, l) in (0..n).flat_map(|k| (0..=k).map(move |l| (k, l))) {
+            let between = |i: usize, j: usize| {
+                let (to, from) = (DOFS * k + i, DOFS * l + j);
+                0.5 * (a[(to, from)] + a[(from, to)])
+            };
+            let right: [[f64; DOFS]; DOFS] =
+                std::array::from_fn(|i| std::array::from_fn(|j| (0..DOFS).map(|m| between(i, m) * block[m][j]).sum()));
+            for i in 0..DOFS {
+                for j in (0..DOFS).filter(|j| k != l || *j <= i) {
+                    out.add(DOFS * k + i, DOFS * l + j, (0..DOFS).map(|m| block[m][i] * right[m][j]).sum());
+                }
             }
         }
         out

@@ -8,14 +8,13 @@ use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::matrices::Entry;
 use crate::model::assembly::{Kind, matrix_uses};
-use crate::model::dependence::{Monomial, interior_point};
+use crate::model::dependence::Terms;
 use crate::model::dof_map::DofMap;
 use crate::model::entry::merge;
-use crate::model::parameter::ParameterSet;
 use crate::model::placed_element::PlacedElement;
 use crate::model::placed_matrices::PlacedMatrices;
 use crate::model::polynomial::Polynomial;
-use crate::model::{ElementMatrices, Model, ParametricModel};
+use crate::model::{ElementMatrices, Model};
 use std::sync::Arc;
 
 /// K, M and C of a superelement, or of a term of one, on the rows that any of them touches.
@@ -92,13 +91,10 @@ impl Factored {
     }
 
     /// The change of every factor: which matrix of the superelement, to which of the model, how much.
-    ///
-    /// * `all` - the parameters of the model, then those that the change brings
-    fn factors(&self, model: &Model, all: &ParameterSet) -> Vec<(Kind, Kind, Polynomial)> {
-        let (origin, own) = (interior_point(all), interior_point(model.parameters()));
-        let before =
-            matrix_uses(&model.elements()[self.before], &own).into_iter().map(|(a, to, p)| (a, to, p.scaled(-1.0)));
-        let mut out: Vec<(Kind, Kind, Polynomial)> = matrix_uses(&self.after, &origin);
+    fn factors(&self, model: &Model) -> Vec<(Kind, Kind, Polynomial)> {
+        let before = matrix_uses(&model.elements()[self.before]);
+        let before = before.into_iter().map(|(a, to, p)| (a, to, p.scaled(-1.0)));
+        let mut out: Vec<(Kind, Kind, Polynomial)> = matrix_uses(&self.after);
         for (of, to, polynomial) in before {
             match out.iter_mut().find(|u| (u.0, u.1) == (of, to)) {
                 Some(found) => found.2 = found.2.clone().plus(&polynomial),
@@ -109,14 +105,9 @@ impl Factored {
     }
 
     /// Terms of what it adds, for `whole`, its K, M and C on some coordinates.
-    pub(super) fn terms(
-        &self,
-        model: &Model,
-        all: &ParameterSet,
-        whole: &ElementMatrices,
-    ) -> Vec<(Monomial, bool, ElementMatrices)> {
+    pub(super) fn terms(&self, model: &Model, whole: &ElementMatrices) -> Terms {
         let mut out = Vec::new();
-        for (of, to, polynomial) in self.factors(model, all) {
+        for (of, to, polynomial) in self.factors(model) {
             let a = match of {
                 Kind::Stiffness => &whole.stiffness,
                 Kind::Mass => &whole.mass,
@@ -130,7 +121,7 @@ impl Factored {
                     Kind::Damping => &mut matrices.damping,
                 };
                 into.add_scaled(factor, a);
-                out.push((monomial.clone(), false, matrices));
+                out.push((monomial.clone(), matrices));
             }
         }
         out

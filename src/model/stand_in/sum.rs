@@ -52,13 +52,12 @@ pub(super) struct Sum {
     pub(super) constant: Summed,
     parameters: Vec<Option<Summed>>,
     products: BTreeMap<Monomial, Summed>,
-    pub(super) origin: Vec<f64>,
 }
 
 impl Sum {
     pub(super) fn new(size: usize, n_parameters: usize) -> Self {
         let parameters = vec![None; n_parameters];
-        Self { size, constant: Summed::zeros(size), parameters, products: BTreeMap::new(), origin: Vec::new() }
+        Self { size, constant: Summed::zeros(size), parameters, products: BTreeMap::new() }
     }
 
     pub(super) fn parameter(&mut self, j: usize) -> &mut Summed {
@@ -69,11 +68,11 @@ impl Sum {
         self.products.entry(monomial.clone()).or_insert_with(|| Summed::zeros(self.size))
     }
 
-    /// The term of a monomial; of a parameter alone that counts from zero, its own.
-    pub(super) fn term(&mut self, monomial: &Monomial, is_linear: bool) -> &mut Summed {
+    /// The term of a monomial; of a parameter alone its own.
+    pub(super) fn term(&mut self, monomial: &Monomial) -> &mut Summed {
         match monomial.powers.as_slice() {
             [] => &mut self.constant,
-            [(j, 1)] if is_linear => self.parameter(*j),
+            [(j, 1)] => self.parameter(*j),
             _ => self.product(monomial),
         }
     }
@@ -95,7 +94,6 @@ impl Sum {
             constant: basis(&self.constant),
             parameters: self.parameters.iter().map(|p| p.as_ref().map_or_else(Basis::default, basis)).collect(),
             products: self.products.iter().map(|(monomial, all)| (monomial.clone(), basis(all))).collect(),
-            origin: self.origin,
         };
         (affine, mass)
     }

@@ -6,16 +6,15 @@ use crate::linalg::DMatrix;
 use crate::linalg::batch::{AffineEntry, AffinePencil};
 use crate::model::{AffinePart, Basis, Entry, Monomial};
 
-/// Products of parameters, and their origins.
+/// Products of parameters.
 #[derive(Debug)]
 pub(super) struct Products {
     monomials: Vec<Monomial>,
-    origin: Vec<f64>,
 }
 
 impl Products {
     pub(super) fn of(affine: &AffinePart) -> Self {
-        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect(), origin: affine.origin.clone() }
+        Self { monomials: affine.products.iter().map(|p| p.0.clone()).collect() }
     }
 
     /// Derivatives of what K and M are affine in by the free parameters, (factors x free).
@@ -23,13 +22,13 @@ impl Products {
         let free = scaling.free();
         DMatrix::from_fn(free.len() + self.monomials.len(), free.len(), |i, j| match i.checked_sub(free.len()) {
             None => f64::from(u8::from(i == j)),
-            Some(k) => self.monomials[k].derivative(theta, &self.origin, free[j]),
+            Some(k) => self.monomials[k].derivative(theta, free[j]),
         })
     }
 
     /// What K and M are affine in: the free parameters, then the products.
     pub(super) fn fill(&self, theta: &[f64], scaling: &Scaling, out: &mut [f64]) {
-        let products = self.monomials.iter().map(|p| p.at(theta, &self.origin));
+        let products = self.monomials.iter().map(|p| p.at(theta));
         let values = scaling.free().iter().map(|&i| theta[i]).chain(products);
         out.iter_mut().zip(values).for_each(|(factor, value)| *factor = value);
     }

@@ -45,7 +45,7 @@ export interface Extra { node: number; mass: number; stiffness: number }
 /** Where the model is asked: all parameters, what has been put at nodes, and the hypotheses that are faults taken out of the test. */
 export interface Point { theta: Float64Array; extras: Extra[]; faults?: number[] }
 
-interface Term { powers: [number, number][]; fromZero: boolean; stiffness: Float64Array | null; mass: Float64Array | null }
+interface Term { powers: [number, number][]; stiffness: Float64Array | null; mass: Float64Array | null }
 
 function triangle(m: LiveMatrix | undefined, n: number): Float64Array | null {
   if (!m) return null;
@@ -87,7 +87,7 @@ export class LiveModel {
 
   constructor(private readonly live: Live) {
     const n = (this.n = live.n);
-    this.terms = live.terms.map((t) => ({ powers: t.powers, fromZero: t.from_zero, stiffness: triangle(t.stiffness, n), mass: triangle(t.mass, n) }));
+    this.terms = live.terms.map((t) => ({ powers: t.powers, stiffness: triangle(t.stiffness, n), mass: triangle(t.mass, n) }));
     this.nodes = floats(live.displacement);
     this.symmetry = live.symmetry ? { mirror: doubles(live.symmetry.mirror), gram: doubles(live.symmetry.gram) } : null;
     const test = live.test.map((m) => ({
@@ -111,7 +111,7 @@ export class LiveModel {
     this.mass.fill(0);
     for (const t of this.terms) {
       let c = 1;
-      for (const [j, p] of t.powers) c *= (theta[j]! - (t.fromZero ? 0 : this.live.parameters[j]!.origin)) ** p;
+      for (const [j, p] of t.powers) c *= theta[j]! ** p;
       if (c === 0) continue;
       for (const [from, into] of [[t.stiffness, this.stiffness], [t.mass, this.mass]] as const) {
         if (from) for (let k = 0; k < into.length; k++) into[k]! += c * from[k]!;
