@@ -112,7 +112,9 @@ pub(super) fn cleaned(mut terms: Terms, samples: &Samples<'_>) -> Terms {
 /// The place of the matrices with some parameters at nodes of theirs, the others at r.
 fn at(samples: &mut Samples<'_>, nodes: &[Nodes], moved: &[(usize, usize)]) -> Option<usize> {
     let mut values: Vec<f64> = nodes.iter().map(|n| n[0]).collect();
-    moved.iter().for_each(|&(k, node)| values[k] = nodes[k][node]);
+    for &(k, node) in moved {
+        values[k] = nodes[k][node];
+    }
     samples.at(&values)
 }
 

@@ -74,7 +74,9 @@ impl<'a> Samples<'a> {
     /// * `moved` - places in `used`, and values
     pub(super) fn at_moved(&mut self, moved: &[(usize, f64)]) -> Option<usize> {
         let mut values = self.base.clone();
-        moved.iter().for_each(|&(k, value)| values[k] = value);
+        for &(k, value) in moved {
+            values[k] = value;
+        }
         self.at(&values)
     }
 
