@@ -40,12 +40,13 @@ pub(crate) struct Label {
 const ORDINALS: [&str; 9] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth"];
 
 /// Beginnings of words, the longer of two that begin alike first; `foreaft` stands for `fore-aft` and `fore aft`.
-const MOTIONS: [(&str, Motion); 9] = [
+const MOTIONS: [(&str, Motion); 10] = [
     ("bend", Motion::Bending),
     ("flex", Motion::Bending),
     ("flap", Motion::Bending),
     ("tors", Motion::Torsion),
     ("twist", Motion::Torsion),
+    ("sway", Motion::Bending),
     ("axial", Motion::Extension),
     ("exten", Motion::Extension),
     ("rigid", Motion::RigidBody),
@@ -102,8 +103,8 @@ impl Label {
         let letters: String = rest.chars().filter(|c| !c.is_ascii_digit()).collect();
         let (motion, direction) = match letters.as_str() {
             "b" => (Motion::Bending, None),
-            "bx" => (Motion::Bending, Some(Direction::ForeAft)),
-            "by" => (Motion::Bending, Some(Direction::Lateral)),
+            "bx" | "wx" => (Motion::Bending, Some(Direction::ForeAft)),
+            "by" | "wy" => (Motion::Bending, Some(Direction::Lateral)),
             "bz" | "vb" => (Motion::Bending, Some(Direction::Vertical)),
             "t" => (Motion::Torsion, None),
             "x" => (Motion::Extension, None),

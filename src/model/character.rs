@@ -17,6 +17,9 @@ pub struct ModeCharacter {
     pub torsion: f64,
     /// Share of strain energy in extension.
     pub axial: f64,
+    /// How far what is stretched moves along itself, cos² by its energy: 1 of a bar that extends, ½ of braces at 45° and 0 of the chords of a
+    /// truss that bends.
+    pub along: f64,
     /// Share of strain energy in springs and bushings.
     pub springs: f64,
     /// Share of strain energy in superelements, shells and solids, whose kinds of strain are not told apart.
@@ -28,6 +31,8 @@ pub struct ModeCharacter {
     pub names_direction: bool,
     /// Whether it is a rigid-body mode.
     pub is_rigid: bool,
+    /// Whether it is a mechanism: no rigid-body mode, and nothing is strained.
+    pub is_mechanism: bool,
 }
 
 /// A name for a mode by its kind and its number within the kind.
@@ -43,6 +48,8 @@ pub struct ModeLabel {
 
 /// Below this correlation with the mirror image a mode is neither symmetric nor antisymmetric.
 const SYMMETRY_THRESHOLD: f64 = 0.5;
+/// From so far on what is stretched extends; else the structure that it belongs to sways or bends.
+const ALONG: f64 = 0.75;
 
 impl ModeCharacter {
     /// `symmetric`, `antisymmetric`, or `None`.
@@ -51,23 +58,26 @@ impl ModeCharacter {
     }
 
     fn kind(&self) -> (&'static str, &'static str) {
+        let most = (0..3).max_by(|&a, &b| self.direction[a].total_cmp(&self.direction[b])).unwrap_or(2);
         if self.is_rigid {
             ("R", "Rigid Body")
+        } else if self.is_mechanism {
+            ("F", "Mechanism")
         } else if self.torsion > 0.5 {
             ("T", "Torsion")
-        } else if self.axial > 0.5 {
+        } else if self.axial > 0.5 && (self.along > ALONG || !self.names_direction) {
             ("X", "Extension")
+        } else if self.axial > 0.5 {
+            [("WX", "Fore-aft Sway"), ("WY", "Lateral Sway"), ("BZ", "Vertical Bending")][most]
         } else if self.springs > 0.5 {
             ("K", "on Springs")
         } else if self.matrices > 0.5 {
-            let most = (0..3).max_by(|&a, &b| self.direction[a].total_cmp(&self.direction[b])).unwrap_or(2);
             if self.names_direction {
                 [("MX", "Fore-aft Mode"), ("MY", "Lateral Mode"), ("MZ", "Vertical Mode")][most]
             } else {
                 ("M", "Mode")
             }
         } else if self.names_direction {
-            let most = (0..3).max_by(|&a, &b| self.direction[a].total_cmp(&self.direction[b])).unwrap_or(2);
             [("BX", "Fore-aft Bending"), ("BY", "Lateral Bending"), ("BZ", "Vertical Bending")][most]
         } else {
             ("B", "Bending")

@@ -70,6 +70,7 @@ mod stand_in;
 mod static_preload;
 #[cfg(test)]
 mod static_preload_tests;
+mod stiffness_factor;
 mod superelement;
 mod superelement_stiffness;
 mod system;
@@ -111,6 +112,7 @@ pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, solve_modes};
 pub use spec::{ModelSpec, schema};
 pub use stand_in::StandIn;
+pub use stiffness_factor::StiffnessFactor;
 pub use superelement::{SOLVER_FOLDER, SolverRun};
 pub use system::{SparseSystem, System};
 pub use targets::{Target, Targets};

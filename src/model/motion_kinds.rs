@@ -54,6 +54,8 @@ impl Model {
         n_rigid: usize,
     ) -> Result<Vec<ModeCharacter>, ModelError> {
         let mut energies = vec![[0.0; 5]; shapes.ncols()]; // axial, bending, torsion, springs, matrices
+        // Of what is stretched: its energy times the square of its motion along itself over that of its motion.
+        let mut along = vec![0.0; shapes.ncols()];
         let mut motions = Motions::new(self.dof_map().n_nodes(), shapes.ncols());
         for (i, e) in self.elements().iter().enumerate() {
             if let Some(matrices) = &e.matrices {
@@ -76,6 +78,7 @@ impl Model {
                     k.multiply(&u, &mut out);
                     out
                 };
+                let axial_before = energy[0];
                 let of = |k: &SymMatrix| -> f64 { force(k).iter().zip(&u).map(|(f, u)| f * u).sum() };
                 match (&parts, &k) {
                     (Some(p), _) => {
@@ -94,6 +97,13 @@ impl Model {
                     _ => {}
                 }
                 if let Some(line) = line {
+                    let square = |of: &dyn Fn(usize) -> bool| -> f64 {
+                        u.iter().enumerate().filter(|(dof, _)| of(dof % 6)).map(|(_, u)| u * u).sum()
+                    };
+                    let (own, all) = (square(&|dof| dof == 0), square(&|dof| dof < 3));
+                    if all > 0.0 {
+                        along[mode] += (energy[0] - axial_before) * own / all;
+                    }
                     motions.add(e, mode, &u, line);
                 }
             }
@@ -109,6 +119,7 @@ impl Model {
             let total: f64 = energy.iter().sum();
             if total > 0.0 && !c.is_rigid {
                 [c.axial, c.bending, c.torsion, c.springs, c.matrices] = energy.map(|e| e / total);
+                c.along = if energy[0] > 0.0 { along[mode] / energy[0] } else { 0.0 };
             }
             let mut square = [0.0; 3];
             for node in (0..dofs.n_nodes()).filter(|&n| !dofs.is_coordinate(n)) {
@@ -159,5 +170,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A frame that braces hold sways, a bar extends, and what nothing holds is a mechanism.
+    #[test]
+    fn what_is_stretched_extends_only_where_it_moves_along_itself() {
+        let names = |text: &str| -> Vec<String> {
+            let text =
+                format!("retune: 1\nname: f\nsections: {{s: {{E: 200 GPa, density: 7850 kg/m3, A: 10 cm2}}}}\n{text}");
+            let model =
+                crate::model::load(&text, &crate::model::Registry::builtin()).unwrap_or_else(|p| panic!("{p:#?}")).0;
+            let options = crate::modal::SolveOptions { n_elastic: 2, shift: None };
+            let modes = crate::model::solve_modes(&model, &[], options).unwrap();
+            crate::update::name_modes(&model, &[], &modes).unwrap().into_iter().map(|m| m.label).collect()
+        };
+        let frame = "active_dofs: [ux, uz]\nnodes: {a: [0, 0, 0], b: [3 m, 0, 0], c: [0, 0, 3 m], d: [3 m, 0, 3 m]}\n\
+             elements:\n  ac: {type: bar, nodes: [a, c], section: s}\n  bd: {type: bar, nodes: [b, d], section: s}\n  cd: {type: bar, nodes: [c, d], section: s}\n";
+        let ground = "supports: {ground: {nodes: [a, b]}}\n";
+        assert_eq!(
+            names(&format!("{frame}  ad: {{type: bar, nodes: [a, d], section: s}}\n{ground}"))[0],
+            "1st Fore-aft Sway"
+        );
+        let chain = "active_dofs: [ux, uz]\nnodes: {a: [0, 0, 0], b: [1 m, 0, 0], c: [2 m, 0, 0], d: [3 m, 0, 0], e: [4 m, 0, 0]}\nelements:\n  bc: {type: bar, nodes: [b, c], section: s}\n\
+             \x20 ab: {type: bar, nodes: [a, b], section: s}\n  cd: {type: bar, nodes: [c, d], section: s}\n  de: {type: bar, nodes: [d, e], section: s}\nsupports: {ground: {nodes: [a, e]}}\n";
+        assert_eq!(names(chain)[1..4], ["2nd Rigid Body", "1st Mechanism", "1st Extension"]);
+        let bar = "active_dofs: [ux, uz]\nnodes: {a: [0, 0, 0], b: [3 m, 0, 3 m]}\nelements:\n  ab: {type: bar, nodes: [a, b], section: s}\n\
+             supports: {ground: {nodes: [a]}, guide: {nodes: [b], fixed: [ux]}}\n";
+        assert_eq!(names(&bar.replace("[3 m, 0, 3 m]", "[0, 0, 3 m]"))[0], "1st Extension");
     }
 }

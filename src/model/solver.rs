@@ -91,6 +91,14 @@ impl Matrices {
         }
     }
 
+    /// K x, (n x k).
+    pub fn stiffness_times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        match self {
+            Self::Dense(system) => &system.stiffness * x,
+            Self::Sparse(system) => system.stiffness.mul(x),
+        }
+    }
+
     /// M x, (n x k).
     pub fn mass_times(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
         match self {
@@ -301,7 +309,11 @@ impl ModalSolver {
     }
 
     /// The elimination order of the first solution, or one of its own where these matrices have entries elsewhere.
-    fn plan_for(&self, model: &dyn ParametricModel, system: &SparseSystem) -> Result<Arc<SparsePlan>, ModelError> {
+    pub(super) fn plan_for(
+        &self,
+        model: &dyn ParametricModel,
+        system: &SparseSystem,
+    ) -> Result<Arc<SparsePlan>, ModelError> {
         match &self.sparse {
             Some(solved) if covers(&solved.plan, system) => Ok(solved.plan.clone()),
             _ => Ok(Arc::new(plan(model, system)?)),

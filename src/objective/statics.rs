@@ -5,7 +5,7 @@ use super::point::Point;
 use super::prediction::Prediction;
 use super::static_loads::readings;
 use crate::data::StaticReading;
-use crate::linalg::{DMatrix, DVector};
+use crate::linalg::DMatrix;
 
 /// What the sensors read under the loads, in the order of the tests and their readings; NaN where K has no inverse.
 ///
@@ -17,7 +17,7 @@ pub fn static_readings(comparison: &Comparison<'_>, prediction: &Prediction) -> 
     if n_readings == 0 {
         return Vec::new();
     }
-    let Some(factor) = prediction.system().ok().and_then(|s| s.stiffness.clone().cholesky()) else {
+    let Ok(factor) = comparison.solver().factor(comparison.model(), &prediction.matrices) else {
         return vec![f64::NAN; n_readings];
     };
     let u = factor.solve(comparison.loads());
@@ -66,20 +66,23 @@ pub(super) fn differentiate(at: &Point<'_>, rotation: bool, out: &mut DMatrix<f6
     if out.nrows() == 0 {
         return;
     }
-    let Some(factor) = at.prediction.system().ok().and_then(|s| s.stiffness.clone().cholesky()) else { return };
+    let (model, matrices) = (at.comparison.model(), &at.prediction.matrices);
+    let Ok(factor) = at.comparison.solver().factor(model, matrices) else { return };
     let u = factor.solve(at.comparison.loads());
     let sensors = at.comparison.sensors_of(at.prediction);
     let Ok(slopes) = at.comparison.slopes_of_sensors(at.theta, at.scaling.free()) else { return };
-    let own: Vec<(usize, &StaticReading, DVector<f64>)> = readings(at.comparison.test())
+    let own: Vec<(usize, &StaticReading)> = readings(at.comparison.test())
         .filter(|(_, _, r)| is_of(at.comparison, r, rotation))
-        .map(|(k, _, r)| (k, r, factor.solve(&sensors.row(r.sensor).transpose())))
+        .map(|(k, _, r)| (k, r))
         .collect();
+    let rows: Vec<usize> = own.iter().map(|(_, r)| r.sensor).collect();
+    let adjoints = factor.solve(&sensors.select_rows(&rows).transpose());
     for (column, &j) in at.scaling.free().iter().enumerate() {
-        let Ok(d) = at.comparison.model().assemble_derivative(at.theta, j) else { continue };
-        let force = &d.stiffness * &u;
-        for (row, (k, reading, adjoint)) in own.iter().enumerate() {
+        let Ok(d) = matrices.derivative(model, at.theta, j) else { continue };
+        let force = d.stiffness_times(&u);
+        for (row, (k, reading)) in own.iter().enumerate() {
             let moved = slopes.get(column).map_or(0.0, |s| s.row(reading.sensor).tr_dot(&u.column(*k)));
-            out[(row, column)] = (moved - adjoint.dot(&force.column(*k))) / reading.measured.sd;
+            out[(row, column)] = (moved - adjoints.column(row).dot(&force.column(*k))) / reading.measured.sd;
         }
     }
 }

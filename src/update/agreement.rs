@@ -10,7 +10,7 @@ use super::{
 use crate::correlation::{CriteriaProfile, Judgement};
 use crate::data::{FrfSet, TestData};
 use crate::identify::health::{Finding, Level, check_silent};
-use crate::model::{Model, ParametricModel};
+use crate::model::{MOST_DENSE_DOFS, Model, ParametricModel};
 use crate::objective::Comparison;
 
 /// Sensors that MACCO takes away.
@@ -85,7 +85,10 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
     let waits = |asked: bool, option: &str| {
         (n_dof > LARGE && !asked).then(|| format!("{n_dof} dofs take a while: ask with --{option}"))
     };
-    let places = match waits(options.places, "localize") {
+    let is_too_large = n_dof > MOST_DENSE_DOFS;
+    let too_large =
+        || format!("found in models of up to {MOST_DENSE_DOFS} dofs; in this one of {n_dof}, `diagnose` names places");
+    let places = match is_too_large.then(too_large).or_else(|| waits(options.places, "localize")) {
         Some(why) => Err(why),
         None => places(model, &comparison, a, PlacesOptions::default()).map_err(|e| e.to_string()),
     };

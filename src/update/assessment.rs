@@ -151,7 +151,10 @@ pub struct Assessment {
 
 /// Names the modes of a model by energy and symmetry, elastic modes counted from one.
 pub fn name_modes(model: &dyn ParametricModel, theta: &[f64], modes: &Modes) -> Result<Vec<ModeName>, ModelError> {
-    let characters = model.characters(theta, &modes.shapes, modes.n_rigid)?;
+    let mut characters = model.characters(theta, &modes.shapes, modes.n_rigid)?;
+    for c in characters.iter_mut().flat_map(|all| all.iter_mut().skip(modes.n_rigid).take(modes.n_mechanism)) {
+        c.is_mechanism = true;
+    }
     let labels: Option<Vec<ModeLabel>> = characters.as_deref().map(label_modes);
     Ok((0..modes.len())
         .map(|i| {

@@ -269,6 +269,12 @@ impl Scene {
         if largest <= self.large || largest <= MOST_DENSE_DOFS && self.cases.iter().any(asks_for_itself) {
             return Ok(self);
         }
+        if let Some(case) = self.cases.iter().find(|c| !c.test.static_tests.is_empty()) {
+            let n_dof = case.model.dof_map().n_dof();
+            return Err(CorrelationError::Model(format!(
+                "a diagnosis with static tests needs a model of at most {MOST_DENSE_DOFS} dofs, and this one has {n_dof}: subdivide less, or leave them out of the test file"
+            )).into());
+        }
         // A tenth of what is told of the frequencies, where that is less.
         let told = self.test.modes.iter().map(|m| m.frequency_hz.sd / m.frequency_hz.value);
         let tolerance = told.map(|sd| 0.1 * sd).fold(STAND_IN_ERROR, f64::min).max(LEAST_ERROR);

@@ -175,9 +175,11 @@ impl Basis<'_> {
             return Ok((MassReduction::Full, mass));
         }
         let mut best: Option<(f64, MassReduction, DMatrix<f64>)> = None;
-        let system = self.system()?;
         let s = self.sensors();
-        if let Ok((fixed, improved)) = guyan_and_irs(&system.stiffness, &system.mass, &s, 1) {
+        // Without dense matrices, of a large model, SEREP is left, which needs the modes alone.
+        if let Ok(system) = self.system()
+            && let Ok((fixed, improved)) = guyan_and_irs(&system.stiffness, &system.mass, &s, 1)
+        {
             for (reduction, reduced) in [(MassReduction::Guyan, Ok(fixed)), (MassReduction::Irs, improved)] {
                 if let Ok(Reduction { mass, .. }) = reduced
                     && let Ok(error) = self.own_error(&mass)

@@ -288,13 +288,15 @@ fn static_effects(
     if a.readings.is_empty() {
         return None;
     }
-    let factor = a.prediction.system().ok()?.stiffness.clone().cholesky()?;
+    let factor = comparison.solver().factor(comparison.model(), &a.prediction.matrices).ok()?;
     let u = factor.solve(comparison.loads());
     let tests = &comparison.test().static_tests;
     let measured = tests.iter().enumerate().flat_map(|(k, t)| t.readings.iter().map(move |r| (k, r)));
     let mut block = DMatrix::zeros(a.readings.len(), members.len());
+    let rows: Vec<usize> = measured.clone().map(|(_, r)| r.sensor).collect();
+    let adjoints = factor.solve(&comparison.sensors().select_rows(&rows).transpose());
     for (row, (k, reading)) in measured.enumerate() {
-        let adjoint = factor.solve(&comparison.sensors().row(reading.sensor).transpose());
+        let adjoint = adjoints.column(row).into_owned();
         let energy = |m: &ElementMatrix| -> f64 {
             let at = |v: &[f64]| DVector::from_iterator(m.dofs.len(), m.dofs.iter().map(|&d| v[d]));
             at(adjoint.as_slice()).dot(&(&m.matrix * at(u.column(k).as_slice())))
