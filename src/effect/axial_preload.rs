@@ -8,6 +8,11 @@ use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
 
+/// Strain of a preload that is found in use, at most: half of the yield strain of structural steel.
+const USUAL: f64 = 5e-4;
+/// Strain that no structural metal or laminate bears for long.
+const STRONGEST: f64 = 0.01;
+
 #[doc = "A static axial force in a member: tension stiffens it against bending, compression softens it."]
 #[derive(Debug, Clone, Copy)]
 pub struct AxialPreload;
@@ -48,8 +53,16 @@ impl Effect for AxialPreload {
         let (span, is_held) = structure.free_span(&parts[0].elements);
         let euler = std::f64::consts::PI.powi(2) * ei / span.powi(2);
         let least = if is_held { -4.0 } else { -0.25 };
+        // A stub yields long before it buckles.
+        let (usual, most) = if r.ea > 0.0 { (USUAL * r.ea, STRONGEST * r.ea) } else { (f64::MAX, f64::MAX) };
         let about = format!("axial force in {}, tension positive", at.place());
-        let p = b.parameter("force", "N", 0.05 * euler, [least * euler, 10.0 * euler], &about);
+        let p = b.parameter(
+            "force",
+            "N",
+            usual.min(0.05 * euler),
+            [(least * euler).max(-most), most.min(10.0 * euler)],
+            &about,
+        );
         b.change("", &entries(&parts), OverrideSpec { add: entry("axial_force", &p), ..OverrideSpec::default() });
         Ok(b.finish())
     }

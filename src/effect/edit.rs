@@ -38,6 +38,12 @@ impl NewParameter {
         self.bounds.contains(&self.neutral)
     }
 
+    /// Whether it may be a hundred times as large as is typical: between sizes that are decades apart modes may cross, so that each has a basin of
+    /// its own, and no decade is less likely than the next.
+    pub fn spans_decades(&self) -> bool {
+        self.neutral == self.bounds[0] && self.bounds[1] - self.neutral > 100.0 * (self.typical - self.neutral)
+    }
+
     /// As a parameter of a model.
     pub(crate) fn parameter(&self) -> Parameter {
         Parameter {

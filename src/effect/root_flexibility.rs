@@ -3,7 +3,7 @@
 use super::edit::{Edit, PatchError};
 use super::end_flexibility::flexible_end;
 use super::location::{Location, LocationKind};
-use super::patch::{Builder, Patch, entry, node_or_nodes};
+use super::patch::{Builder, Patch, entry, node_or_nodes, of_unit, round};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;
@@ -27,7 +27,8 @@ impl Effect for RootFlexibility {
                     K - c K e eᵀ K/(1 + c eᵀ K e), by `end1_compliance_ry` and so on in the member's axes; c = 0 \
                     leaves it, c of several L/EI is a hinge. Where a member goes on over the support, or several members meet \
                     there, the support itself stands on the spring: `supports: {...: {node: n, fixed: [], compliance: {uz: c}}}`, \
-                    along global axes, u = -c/(1 + c K_uu) K_uq q.",
+                    along global axes, u = -c/(1 + c K_uu) K_uq q. Of a mesh also a stretch of a support, `clamp~n81~12`, the \
+                    twelve of its nodes that are nearest to n81, in all directions that it holds: a clamp that is open there.",
             confusable: &[
                 "stiffness-change",
                 "bending-stiffness-change",
@@ -45,6 +46,7 @@ impl Effect for RootFlexibility {
         let mut all = structure.end_places(Joint::Root, &Dof::ALL);
         all.extend(structure.shared_supports());
         all.extend(structure.supports_of_edges());
+        all.extend(structure.stretches_of_edges());
         all
     }
 
@@ -75,19 +77,36 @@ impl Effect for RootFlexibility {
     }
 }
 
-/// A support of many nodes that gives at all of them alike.
+/// Compliance at which a stretch of a support holds nothing, against that of the whole structure.
+const OPEN: f64 = 1e4;
+
+/// A support of many nodes that gives at all of them alike: in one direction, or where the location has none in all that it holds, by one size.
 fn of_edge(effect: &'static str, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
     let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
-    let dof = Dof::from_name(at.direction()).ok_or_else(unknown)?;
-    let nodes = structure.nodes_of_support(at.names.first().ok_or_else(unknown)?);
+    let place = at.names.first().ok_or_else(unknown)?;
+    let nodes = structure.nodes_of_support(place);
     let mut b = Builder::new(effect, at);
     // Each of n nodes bears an n-th of it.
-    let soft = nodes.len() as f64 / structure.generalised_stiffness(dof);
-    let about = format!("compliance of each of the {} nodes of the support {} in {dof}", nodes.len(), at.place());
-    let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+    let soft = |dof: Dof| nodes.len() as f64 / structure.generalised_stiffness(dof);
+    let compliance = match at.direction() {
+        "" => {
+            let about = format!("how far the {} nodes of {place} give, 1: as much as the structure", nodes.len());
+            let p = b.parameter("share", "1", 0.05, [0.0, OPEN], &about);
+            let dofs = structure.dofs_held_at(place).into_iter();
+            dofs.flat_map(|dof| entry(dof.name(), &of_unit(round(soft(dof)), dof.compliance_unit(), &p))).collect()
+        }
+        direction => {
+            let dof = Dof::from_name(direction).ok_or_else(unknown)?;
+            let about =
+                format!("compliance of each of the {} nodes of the support {} in {dof}", nodes.len(), at.place());
+            let typical = 0.05 * soft(dof);
+            let c = b.parameter("compliance", dof.compliance_unit(), typical, [0.0, 1000.0 * typical], &about);
+            entry(direction, &c)
+        }
+    };
     let name = b.stem().to_string();
     let nodes = Some(structure.written_nodes(&nodes));
-    let spring = SupportSpec { node: None, nodes, fixed: Some(Vec::new()), compliance: entry(at.direction(), &c) };
+    let spring = SupportSpec { node: None, nodes, fixed: Some(Vec::new()), compliance };
     b.edit(Edit::AddSupport { name, entry: spring });
     Ok(b.finish())
 }

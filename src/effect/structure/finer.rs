@@ -1,4 +1,4 @@
-//! Places of a mesh between those that every search tries: any node, and a patch of any size about any element.
+//! Places of a mesh between those that every search tries: any node, a patch of any size about any element, and any stretch of a support.
 //!
 //! A mesh of thousands of nodes has some hundred at which effects are looked for, and some dozens of patches; what is wrong with it stands where it
 //! stands. About the best of these places the others are looked at, nearer with every round.
@@ -17,8 +17,8 @@ const MIDDLES: usize = 12;
 const SIZES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// The same in the rounds after it.
 const NEARER_SIZES: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.6];
-/// Between the name of an element and the number of elements of a patch about it.
-const ABOUT: char = '~';
+/// Between the name of an element and the number of elements of a patch about it; of a support, of one of its nodes and the number of nodes about that.
+pub(super) const ABOUT: char = '~';
 
 impl Structure<'_> {
     /// Further nodes of the mesh that the context names.
@@ -75,7 +75,10 @@ impl Structure<'_> {
         let Some(name) = at.names.first() else { return Vec::new() };
         let mut found = match at.kind {
             LocationKind::Node => self.model.geometry().node(name).map(|n| self.nodes_about(n, round)),
-            LocationKind::Group | LocationKind::Element => self.patches_about_one(name, round),
+            LocationKind::Group | LocationKind::Element => {
+                let (sizes, reach) = (sizes_in(round), 1.5 / 3_f64.powi(round as i32));
+                self.stretches_about(name, sizes, reach, MIDDLES).or_else(|| self.patches_about_one(name, round))
+            }
             _ => None,
         }
         .unwrap_or_default();
@@ -88,22 +91,48 @@ impl Structure<'_> {
         found
     }
 
+    /// ln of how many places there are between those that every search tries, for each of these: who may choose among more places explains more by
+    /// chance, however he came to the one he names.
+    pub fn ln_between(&self, at: &Location) -> f64 {
+        let Some(name) = at.names.first() else { return 0.0 };
+        let share = |all: f64, tried: usize| (all / tried.max(1) as f64).max(1.0).ln();
+        // About each of so many, of any size: one and the next nearest.
+        let of_any_size = |n: usize| n as f64 * ((n as f64).ln() / NEARER_SIZES[3].ln()).max(1.0);
+        if at.kind == LocationKind::Node {
+            let of_mesh = self.nodes_of_mesh();
+            let sites = self.sites().into_iter().filter(|&n| of_mesh[n]);
+            return share(of_mesh.iter().filter(|is| **is).count() as f64, sites.count());
+        }
+        if let Some((support, _)) = name.split_once(ABOUT).filter(|_| self.is_stretch(name)) {
+            let tried = self.stretches_of(support).len();
+            return share(of_any_size(self.nodes_of_support(support).len()), tried);
+        }
+        let Some(part) = self.elements_of(name).first().and_then(|&e| self.mesh_part_of(e)) else { return 0.0 };
+        let part = &self.model.mesh_parts()[part];
+        let all = self.model.element_set(part).map_or(0, <[usize]>::len);
+        let patches = self.model.patches().iter().filter(|p| p.starts_with(&format!("{part}.p")));
+        share(of_any_size(all), patches.count())
+    }
+
     /// Nodes of the mesh about one of it, those in the middle of edges among them, no further away than half as far again as the next at which
     /// effects are looked for.
     fn nodes_about(&self, node: usize, round: u32) -> Vec<String> {
         let positions = &self.model.geometry().positions;
-        let squared = |n: usize| {
-            let d = minus(positions[n], positions[node]);
+        let squared = |n: usize, from: usize| {
+            let d = minus(positions[n], positions[from]);
             dot(d, d)
         };
         let of_mesh = self.nodes_of_mesh();
         if !of_mesh[node] {
             return Vec::new();
         }
-        let others = self.sites().into_iter().filter(|&n| of_mesh[n] && squared(n) > 0.0);
-        let next = others.map(squared).fold(f64::INFINITY, f64::min);
+        // As far apart as the site beside it is from the next.
+        let sites: Vec<usize> = self.sites().into_iter().filter(|&n| of_mesh[n]).collect();
+        let beside = sites.iter().copied().min_by(|&a, &b| squared(a, node).total_cmp(&squared(b, node)));
+        let others = sites.iter().filter_map(|&n| Some(squared(n, beside?))).filter(|d| *d > 0.0);
+        let next = others.fold(f64::INFINITY, f64::min);
         let reach = (1.5 / 3_f64.powi(round as i32)).powi(2) * next;
-        let is_within = |&n: &usize| of_mesh[n] && n != node && squared(n) <= reach;
+        let is_within = |&n: &usize| of_mesh[n] && n != node && squared(n, node) <= reach;
         let within: Vec<usize> = (0..self.n_nodes()).filter(is_within).collect();
         let names = spread(positions, &within, NODES).into_iter().filter(|&n| !self.model.is_site(n));
         names.map(|n| self.node_name(n).to_string()).collect()
@@ -130,10 +159,9 @@ impl Structure<'_> {
             self.outwards_from(central, part).take_while(|(_, distance)| *distance <= reach).map(|(e, _)| e).collect();
         let centres: Vec<Vector> = around.iter().map(|&e| self.centre(e)).collect();
         let all: Vec<usize> = (0..around.len()).collect();
-        let sizes = if round == 0 { SIZES } else { NEARER_SIZES };
         let most = self.model.element_set(&self.model.mesh_parts()[part]).map_or(0, <[usize]>::len);
         let numbers: BTreeSet<usize> =
-            sizes.iter().map(|s| ((s * elements.len() as f64).round() as usize).clamp(1, most)).collect();
+            sizes_in(round).iter().map(|s| ((s * elements.len() as f64).round() as usize).clamp(1, most)).collect();
         let about = |&k: &usize| {
             let own = self.model.elements()[around[k]].name.clone();
             numbers.iter().map(move |number| format!("{own}{ABOUT}{number}")).collect::<Vec<_>>()
@@ -173,4 +201,9 @@ impl Structure<'_> {
         }
         is_of_mesh
     }
+}
+
+/// Shares of the number of elements of a patch, or of nodes of a stretch, that are tried in a round.
+fn sizes_in(round: u32) -> &'static [f64] {
+    if round == 0 { &SIZES } else { &NEARER_SIZES }
 }

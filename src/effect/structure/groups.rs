@@ -1,10 +1,14 @@
 //! Groups that the structure itself shows: members of one section, those of them between two neighbouring levels of nodes (the braces of a
 //! storey), and those in one level (the beams of a floor, the columns of a face).
 //!
+//! So are springs and bars that the file makes alike.
+//!
 //! Nobody declares them, and what is wrong with one member because of how it was bought or built is wrong with its group.
 
 use super::{Part, PartKind, Structure};
 use crate::model::AXES;
+use crate::model::spec::{MemberSpec, Named, SectionSpec};
+use crate::units::Scalar;
 use std::collections::BTreeMap;
 
 /// Nodes of a level, at least.
@@ -15,6 +19,13 @@ const MOST_LEVELS: usize = 40;
 const IN_LEVELS: f64 = 0.8;
 /// Two coordinates are of one level where they differ by less than this share of the extent.
 const FLAT: f64 = 1e-3;
+
+/// What makes entries of the file alike.
+#[derive(PartialEq)]
+enum Alike<'s> {
+    Springs(&'s Named<Scalar>),
+    Bars(&'s SectionSpec),
+}
 
 impl Structure<'_> {
     /// Members of one section, in file order: all, then along every axis that has levels those between two and those in one. `brace.all`,
@@ -46,7 +57,32 @@ impl Structure<'_> {
                 }
             }
         }
+        groups.extend(self.list_alike());
         groups
+    }
+
+    /// Springs, bushings and bars without a section that the file makes alike: the same stiffnesses, by the same parameters. Mounts of one type,
+    /// the guys of a mast. Called by what begins all their names, `mount.all`, or by the first: `front_left.alike`.
+    fn list_alike(&self) -> Vec<Part> {
+        let spec = self.model.spec();
+        let springs = spec.springs.iter().chain(&spec.bushings).filter(|(_, s)| !s.k.is_empty());
+        let springs = springs.map(|(name, s)| (name, Alike::Springs(&s.k)));
+        let has_none = |m: &MemberSpec| m.section.is_none() && m.chain.is_none() && m.pairs.is_none();
+        let bars = spec.bars.iter().filter(|(_, m)| has_none(m)).map(|(name, m)| (name, Alike::Bars(&m.properties)));
+        let mut kinds: Vec<(Alike<'_>, Vec<&str>)> = Vec::new();
+        for (name, of) in springs.chain(bars) {
+            match kinds.iter_mut().find(|(known, _)| *known == of) {
+                Some((_, names)) => names.push(name),
+                None => kinds.push((of, vec![name])),
+            }
+        }
+        let group = |names: &Vec<&str>| {
+            let each: Vec<&[usize]> = names.iter().filter_map(|n| self.model.element_set(n)).collect();
+            let common = common_start(names).trim_end_matches(|c: char| !c.is_alphabetic());
+            let name = if common.is_empty() { format!("{}.alike", names[0]) } else { format!("{common}.all") };
+            self.group(name, &each)
+        };
+        kinds.iter().filter_map(|(_, names)| group(names)).collect()
     }
 
     /// A group of several elements of the file; none of fewer, and none where the file has such a name.
@@ -87,4 +123,14 @@ impl Structure<'_> {
     fn flat(&self) -> f64 {
         FLAT * self.extent()
     }
+}
+
+/// What begins all these names.
+fn common_start<'a>(names: &[&'a str]) -> &'a str {
+    let Some(&first) = names.first() else { return "" };
+    let differs = |other: &&str| {
+        let at = first.char_indices().zip(other.chars()).find(|((_, a), b)| a != b);
+        at.map_or(first.len().min(other.len()), |((i, _), _)| i)
+    };
+    &first[..names.iter().map(differs).min().unwrap_or(0)]
 }

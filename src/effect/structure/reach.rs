@@ -46,7 +46,9 @@ impl Structure<'_> {
 
     /// Whether effects can be at something of this name.
     pub fn has_place(&self, name: &str) -> bool {
-        !self.elements_of(name).is_empty() || self.model.geometry().node(name).is_some()
+        !self.elements_of(name).is_empty()
+            || self.model.geometry().node(name).is_some()
+            || !self.nodes_of_support(name).is_empty()
     }
 
     /// The names of parts and of the nodes of the file.

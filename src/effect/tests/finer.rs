@@ -3,9 +3,9 @@
 use super::cuts::strip;
 use super::*;
 use crate::effect::{Edit, Location, LocationKind};
-use crate::model::Model;
 use crate::model::load_in;
 use crate::model::written_mesh::Written;
+use crate::model::{Model, ParametricModel};
 
 /// A plate of 20 by 10 squares, clamped along one side: more nodes than are tried.
 fn plate() -> Model {
@@ -81,4 +81,48 @@ fn patches_have_mirror_images() {
     let image = &structure.parts()[part.partner.unwrap()];
     assert_eq!((image.name.as_str(), image.elements.len()), ("e6~2", 2));
     assert!(Effects::builtin().candidate(&structure, "stiffness-change@e4~2+e6~2").is_ok());
+}
+
+/// A stretch of a clamp is a place by name, and several are tried without one; as its compliance grows the plate is as if those nodes were free.
+#[test]
+fn a_clamp_may_be_open_along_a_stretch() {
+    let model = plate();
+    let ids: Vec<String> =
+        candidates(&model, &Effects::builtin(), Context::nothing()).iter().map(Candidate::id).collect();
+    let stretches: Vec<&String> = ids.iter().filter(|id| id.starts_with("root-flexibility@clamp~")).collect();
+    assert!(stretches.len() >= 10, "{stretches:?}");
+    let structure = Structure::new(&model, Context::nothing());
+    let open = Effects::builtin().candidate(&structure, "root-flexibility@clamp~n1~4").unwrap();
+    let built = open.build(&model, &Registry::builtin()).unwrap();
+    let first = |model: &Model, theta: &[f64]| {
+        let system = model.assemble(theta).unwrap();
+        let options = crate::modal::SolveOptions { n_elastic: 4, shift: None };
+        let modes = crate::modal::solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options);
+        modes.unwrap().lambda.iter().map(|l| l.sqrt()).collect::<Vec<_>>()
+    };
+    let closed = first(&model, structure.theta());
+    let none = first(&built.model, &built.theta(structure.theta(), &[0.0]));
+    let wide = first(&built.model, &built.theta(structure.theta(), &[1e4]));
+    let released = |text: &str| {
+        let mut mesh = Written::new();
+        mesh.sheet("skin", [0.0; 3], [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [20, 10]);
+        let mut files = |_: &str| Ok(mesh.text().into_bytes());
+        load_in(text, None, &Registry::builtin(), &mut files).unwrap_or_else(|p| panic!("{p:#?}")).0
+    };
+    let free = released(
+        "retune: 1\nname: plate\nmesh: {file: a.msh, units: m, parts: {skin: {section: sheet}}}\nsections: {sheet: {E: 70 GPa, nu: 0.3, \
+         density: 2700, thickness: 5 mm}}\nsupports: {clamp: {nodes: [n5, n6, n7, n8, n9, n10, n11]}}\n",
+    );
+    let free = first(&free, &[]);
+    for k in 0..4 {
+        assert!((none[k] / closed[k] - 1.0).abs() < 1e-9, "{k}: {} {}", none[k], closed[k]);
+        assert!((wide[k] / free[k] - 1.0).abs() < 1e-3, "{k}: {} {}, closed {}", wide[k], free[k], closed[k]);
+    }
+    assert!(free[0] < 0.97 * closed[0]);
+    for refused in ["clamp~n1~11", "clamp~n1~0", "clamp~n200~3", "clamp~n1", "lost~n1~3"] {
+        let id = format!("root-flexibility@{refused}");
+        assert!(Effects::builtin().candidate(&structure, &id).is_err(), "{refused}");
+    }
+    let finer = structure.finer(&Location::new(LocationKind::Group, vec!["clamp~n1~5".to_string()]), 0);
+    assert!(finer.iter().any(|n| n == "clamp~n3~4" || n == "clamp~n3~5"), "{finer:?}");
 }

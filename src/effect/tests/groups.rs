@@ -71,3 +71,34 @@ fn a_line_of_nodes_has_no_levels() {
     );
     assert_eq!(groups(&text), Vec::new());
 }
+
+/// Mounts of one stiffness are a group without a declaration, and give sideways together; a foundation rocks about both axes at once.
+#[test]
+fn springs_that_are_alike_are_one_place() {
+    let springs = "springs:\n  mount_l: {node: p001, k: {ux: 2 kN/m, uy: 2 kN/m, uz: 5 kN/m}}\n  mount_r: {node: p101, k: {ux: 2 kN/m, uy: 2 kN/m, uz: 5 kN/m}}\n  \
+                   tie: {node: p012, k: {uz: 1 kN/m}}\n  soil: {node: p010, k: {ux: 9 kN/m, rx: 4 N m/rad, ry: 4 N m/rad, rz: 1 N m/rad}}\n";
+    let text = tower(springs);
+    let found = groups(&text);
+    let mounts = found.iter().find(|g| g.0 == "mount.all").unwrap_or_else(|| panic!("{found:?}"));
+    assert_eq!(mounts.1, ["mount_l", "mount_r"]);
+    let (model, _, _) = load(&text, &Registry::builtin()).unwrap();
+    let ids: Vec<String> =
+        candidates(&model, &Effects::builtin(), Context::nothing()).iter().map(Candidate::id).collect();
+    let has = |id: &str| ids.iter().any(|known| known == id);
+    for id in ["mount.all", "mount.all.ux_uy", "mount_l.ux_uy", "mount_l.uz", "soil.rx_ry"] {
+        assert!(has(&format!("stiffness-change@{id}")), "{id}: {ids:?}");
+    }
+    for id in ["mount_l.ux_uz", "soil.rx_ry_rz", "tie.uz"] {
+        assert!(!has(&format!("stiffness-change@{id}")), "{id}");
+    }
+    // 1 + p of the two directions and of no other.
+    let structure = Structure::new(&model, Context::nothing());
+    let candidate = Effects::builtin().candidate(&structure, "stiffness-change@soil.rx_ry").unwrap();
+    let changed = candidate.build(&model, &Registry::builtin()).unwrap();
+    let theta = changed.theta(structure.theta(), &[-0.75]);
+    let e = changed.model.element_set("soil").unwrap()[0];
+    let k = changed.model.element_matrices(e, &theta).unwrap().stiffness;
+    for (dof, expected) in [(0, 9000.0), (3, 1.0), (4, 1.0), (5, 1.0)] {
+        assert!((k.get(dof, dof) - expected).abs() < 1e-9, "{dof}: {}", k.get(dof, dof));
+    }
+}
