@@ -19,6 +19,7 @@ use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::{ElementInput, StrainParts};
 use crate::linalg::SymMatrix;
+use std::collections::BTreeMap;
 
 /// The matrices of one element at θ, in its axes.
 pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
@@ -100,6 +101,15 @@ impl Monomial {
     /// θ_j itself.
     pub(super) fn parameter(j: usize) -> Self {
         Self { powers: vec![(j, 1)] }
+    }
+
+    /// Its product with another.
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let mut powers: BTreeMap<usize, i32> = self.powers.iter().copied().collect();
+        for &(j, p) in &other.powers {
+            *powers.entry(j).or_default() += p;
+        }
+        Self { powers: powers.into_iter().collect() }
     }
 
     /// Its value at θ.

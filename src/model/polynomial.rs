@@ -48,11 +48,7 @@ impl Polynomial {
         let mut terms: BTreeMap<Monomial, f64> = BTreeMap::new();
         for (a, x) in &self.terms {
             for (b, y) in &other.terms {
-                let mut powers: BTreeMap<usize, i32> = a.powers.iter().copied().collect();
-                for &(j, p) in &b.powers {
-                    *powers.entry(j).or_default() += p;
-                }
-                *terms.entry(Monomial { powers: powers.into_iter().collect() }).or_default() += x * y;
+                *terms.entry(a.times(b)).or_default() += x * y;
             }
         }
         Self { terms }

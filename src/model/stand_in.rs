@@ -17,7 +17,7 @@ use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
 use super::character::ModeCharacter;
-use super::dependence::{Monomial, interior_point};
+use super::dependence::{Monomial, Terms, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
 use super::mass_properties::MassProperties;
@@ -327,17 +327,15 @@ impl StandIn {
             let n_rigid = self.common.n_rigid;
             let mut parts = Vec::new();
             let mut found: BTreeMap<Monomial, Projection<'_>> = BTreeMap::new();
-            for part in 0..placed.change.len() {
-                let Some(terms) = placed.change.terms(part, &parameters, |of| self.on_coordinates(of)) else {
+            let take = |part: usize, terms: Option<Terms>| {
+                if terms.is_none() {
                     parts.push(part);
-                    not_in_rigid_mass.push((k, part));
-                    continue;
-                };
-                if placed.change.motion(part).is_none() {
+                }
+                if terms.is_none() || placed.change.motion(part).is_none() {
                     not_in_rigid_mass.push((k, part));
                 }
                 let at = |j: usize| if j < own { j } else { j + placed.first_size };
-                for (monomial, matrices) in terms {
+                for (monomial, matrices) in terms.into_iter().flatten() {
                     let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
                     let monomial = Monomial { powers };
                     placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial).rigid);
@@ -350,7 +348,8 @@ impl StandIn {
                         None => add(sum.term(&monomial), &matrices),
                     }
                 }
-            }
+            };
+            placed.change.each_terms(&parameters, |of| self.on_coordinates(of), take);
             for (monomial, projection) in found {
                 projection.add_to(sum.term(&monomial).matrices.each_mut().map(Some));
             }

@@ -4,16 +4,15 @@
 //! ΔK = Σ_k Δc_k(θ, s) A_k,    A_k: its K, M and C on the rows that they touch
 //! ```
 
+use super::scaled::{change_of_factors, times};
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
 use crate::matrices::Entry;
-use crate::model::assembly::{Kind, matrix_uses};
-use crate::model::dependence::Terms;
+use crate::model::dependence::{Monomial, Terms};
 use crate::model::dof_map::DofMap;
 use crate::model::entry::merge;
 use crate::model::placed_element::PlacedElement;
 use crate::model::placed_matrices::PlacedMatrices;
-use crate::model::polynomial::Polynomial;
 use crate::model::{ElementMatrices, Model};
 use std::sync::Arc;
 
@@ -90,41 +89,10 @@ impl Factored {
         self.after.depends_on(j) || model.elements()[self.before].depends_on(j)
     }
 
-    /// The change of every factor: which matrix of the superelement, to which of the model, how much.
-    fn factors(&self, model: &Model) -> Vec<(Kind, Kind, Polynomial)> {
-        let before = matrix_uses(&model.elements()[self.before]);
-        let before = before.into_iter().map(|(a, to, p)| (a, to, p.scaled(-1.0)));
-        let mut out: Vec<(Kind, Kind, Polynomial)> = matrix_uses(&self.after);
-        for (of, to, polynomial) in before {
-            match out.iter_mut().find(|u| (u.0, u.1) == (of, to)) {
-                Some(found) => found.2 = found.2.clone().plus(&polynomial),
-                None => out.push((of, to, polynomial)),
-            }
-        }
-        out
-    }
-
     /// Terms of what it adds, for `whole`, its K, M and C on some coordinates.
     pub(super) fn terms(&self, model: &Model, whole: &ElementMatrices) -> Terms {
-        let mut out = Vec::new();
-        for (of, to, polynomial) in self.factors(model) {
-            let a = match of {
-                Kind::Stiffness => &whole.stiffness,
-                Kind::Mass => &whole.mass,
-                Kind::Damping => &whole.damping,
-            };
-            for (monomial, factor) in polynomial.terms() {
-                let mut matrices = ElementMatrices::zeros(a.n());
-                let into = match to {
-                    Kind::Stiffness => &mut matrices.stiffness,
-                    Kind::Mass => &mut matrices.mass,
-                    Kind::Damping => &mut matrices.damping,
-                };
-                into.add_scaled(factor, a);
-                out.push((monomial.clone(), matrices));
-            }
-        }
-        out
+        let factors = change_of_factors(&self.after, &model.elements()[self.before]);
+        times(&factors, &[(&Monomial::default(), whole)])
     }
 
     /// ΔK and ΔM at one point, as factors on its K and M.
