@@ -4,7 +4,7 @@ use super::error::DiagnosisError;
 use super::problem::evidence::p_of_less;
 use super::problem::scene::Scene;
 use super::result::Diagnosis;
-use super::screen::stage::{Stage, stage, stage_begun};
+use super::screen::stage::{Stage, stage_begun};
 use super::search::basin::in_the_lowest_basin;
 use super::search::board::merge;
 use super::search::hypothesis::{Refit, Tried};
@@ -53,8 +53,7 @@ pub(super) fn investigate_these(
         if let Some(diagnosis) = at_stated_noise.filter(|d| d.verdict.names_hypotheses()) {
             return Ok(Investigation { diagnosis, base, refits: refits.hypotheses });
         }
-        let again =
-            stage(base.scene.clone(), std::slice::from_ref(&base.fit.x), factor.recip(), settings, Some(&base.seen()))?;
+        let again = base.with_on_top(base.scene.clone(), &base.fit.x, factor.recip(), settings)?;
         let mut found = refit(&again, false)?;
         let diagnosis = conclude(&again, &mut found, settings)?;
         // What is named may leave less than noise of that size: then the misfit of a wrong base was taken for scatter.

@@ -47,6 +47,10 @@ effort! {
     best_faults: 4,
     /// Rounds of looking around the best effect.
     rounds: 3,
+    /// Rounds of looking between the places of a mesh.
+    finer_rounds: 8,
+    /// Kinds of effects of which the best is looked about there.
+    finer_kinds: 6,
     /// Hypotheses whose base is a start of a change of every part.
     spread_from: 3,
     /// Hypotheses that are fitted once more from other basins.

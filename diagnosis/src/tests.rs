@@ -151,11 +151,11 @@ fn understated_noise_is_estimated() {
 fn what_another_stage_has_seen_changes_no_order() {
     let settings = Settings::default();
     let test = measured(&truth(&[("\nmasses:\n", "\nmasses:\n  hidden: {node: n8, mass: 30 g}\n")]), 5);
-    let base = stage(Scene::new(&model(&wing()), &[&test]).unwrap(), &[], 1.0, &settings, None).unwrap();
+    let base = stage(Scene::new(&model(&wing()), &[&test]).unwrap(), &[], 1.0, &settings).unwrap();
     let hypotheses = refit(&base, false).unwrap().hypotheses;
     for r in hypotheses.iter().take(2) {
         let again = stage_with(&base, r, &settings).unwrap();
-        let whole = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), 1.0, &settings, None).unwrap();
+        let whole = stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), 1.0, &settings).unwrap();
         assert_eq!(again.fit.x, whole.fit.x);
         let best = |s: &Stage| -> Vec<(String, f64)> { s.effects.iter().take(8).map(|e| (s.id(e), e.t)).collect() };
         assert_eq!(best(&again), best(&whole));

@@ -9,6 +9,7 @@ pub(crate) mod evidence;
 pub(crate) mod fit;
 pub(crate) mod mesh;
 pub(crate) mod missed;
+pub(crate) mod prior;
 pub(crate) mod race;
 pub(crate) mod rows;
 pub(crate) mod scene;

@@ -1,6 +1,7 @@
 //! The rows of the least-squares problem of a scene, and their derivatives.
 
-use super::scene::{Prior, Scene};
+use super::prior::Prior;
+use super::scene::Scene;
 use super::work::Counters;
 use retune::linalg::{DMatrix, DVector};
 use retune::model::{ParametricModel, Targets};

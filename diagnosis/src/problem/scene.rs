@@ -4,14 +4,7 @@
 //! Φ(x) = ½ |w r(x)|² + ½ Σ ((x_j - c_j)/s_j)²,    H = JᵀJ of the same rows,    w = 1/√s2 on measured rows
 //! ```
 //!
-//! Every free parameter of the file has a Gaussian prior: its `prior_sd` where the file gives one, else half its interval
-//! around its estimate. A size that an effect has brought has a Cauchy prior around its neutral value with its typical size as
-//! scale: a typical size is an order of magnitude, and one that is ten times as large must not be bent towards it. It enters
-//! as a row too, ρ with ½ρ² = ln(1 + z²):
-//!
-//! ```text
-//! ρ = sign(z) √(2 ln(1 + z²)),    z = (x - c)/s,    p(x) = 1/(π s (1 + z²)), twice that where the size has one sign
-//! ```
+//! Every free parameter has a [`Prior`].
 //!
 //! Several tests stand one after the other: their modes are one list, their sensors another, and a shape is not measured at the
 //! sensors of other tests. The model of each is the same file in the configuration that was tested.
@@ -19,6 +12,7 @@
 //! The priors keep the problem regular where data cannot tell parameters apart, and they are what an evidence needs.
 
 use super::changes::Changes;
+use super::prior::Prior;
 use super::work::Counters;
 use crate::error::DiagnosisError;
 use crate::thresholds::{STAND_IN_ERROR, WEAK_PRIOR};
@@ -47,32 +41,6 @@ const LARGE: usize = 150;
 
 /// Estimated relative error of a frequency of a stand-in, at least: for exact data a basis would grow without end.
 const LEAST_ERROR: f64 = 1e-7;
-
-/// The prior of a parameter in the unit box.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Prior {
-    centre: f64,
-    /// Standard deviation; scale of a Cauchy distribution.
-    scale: f64,
-    is_cauchy: bool,
-}
-
-impl Prior {
-    /// No prior to speak of, for rows that are never read.
-    pub(crate) const NONE: Self = Self { centre: 0.0, scale: 1.0, is_cauchy: false };
-
-    /// The row and its slope.
-    pub(crate) fn row(self, x: f64) -> (f64, f64) {
-        let z = (x - self.centre) / self.scale;
-        if !self.is_cauchy {
-            return (z, 1.0 / self.scale);
-        }
-        let rho = (2.0 * (z * z).ln_1p()).sqrt().copysign(z);
-        // Near zero ρ = √2 z.
-        let slope = if z.abs() < 1e-6 { std::f64::consts::SQRT_2 } else { 2.0 * z / ((1.0 + z * z) * rho) };
-        (rho, slope / self.scale)
-    }
-}
 
 /// A test with the model in the configuration that was tested, and where its modes and sensors stand among those of all.
 #[derive(Debug, Clone)]
@@ -461,24 +429,17 @@ impl Scene {
                 let [lower, upper] = p.bounds.unwrap_or([0.0, 1.0]);
                 let width = upper - lower;
                 if let Some(new) = self.added.iter().find(|a| a.name == p.name) {
-                    let centre = (new.neutral - lower) / width;
-                    let typical = (new.typical - new.neutral).abs() / width;
-                    return if typical > 0.0 {
-                        Prior { centre, scale: typical, is_cauchy: true }
-                    } else {
-                        Prior { centre, scale: WEAK_PRIOR, is_cauchy: false }
-                    };
+                    return Prior::of_size(new, [lower, upper]);
                 }
                 match p.prior_sd {
-                    Some(sd) => Prior { centre: (p.value - lower) / width, scale: sd / width, is_cauchy: false },
-                    None => Prior { centre: centre[k], scale: WEAK_PRIOR, is_cauchy: false },
+                    Some(sd) => Prior::gaussian((p.value - lower) / width, sd / width),
+                    None => Prior::gaussian(centre[k], WEAK_PRIOR),
                 }
             })
             .collect()
     }
 
-    /// ln of the normalisers of the priors of sizes that an effect has missed_more, beside the 1/√2π of every Gaussian, which
-    /// Laplace's method takes back.
+    /// ln of the normalisers of the priors of sizes that an effect has brought, see [`Prior::ln_height`].
     pub(crate) fn ln_size_priors(&self, sizes: &[NewParameter]) -> f64 {
         let parameters = self.solved().parameters();
         let (free, priors) = (parameters.free(), self.priors());
@@ -486,9 +447,8 @@ impl Scene {
             .iter()
             .filter_map(|new| {
                 let k = free.iter().position(|&i| parameters.get(i).name == new.name)?;
-                let tails = if priors[k].is_cauchy { 0.5 * (2.0 / std::f64::consts::PI).ln() } else { 0.0 };
                 let sides = if new.one_sided() { std::f64::consts::LN_2 } else { 0.0 };
-                Some(tails + sides - priors[k].scale.ln())
+                Some(priors[k].ln_height() + sides)
             })
             .sum()
     }

@@ -18,8 +18,9 @@ use super::effects::{Column, Screened, evaluate_anew, screen as screen_each, ste
 use crate::error::DiagnosisError;
 use crate::listener::Listener;
 use crate::problem::fit::Fit;
+use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
-use crate::problem::scene::{Case, Prior, Scene};
+use crate::problem::scene::{Case, Scene};
 use crate::settings::Settings;
 use crate::thresholds::SMALL_STEP;
 use rayon::prelude::*;
@@ -27,9 +28,9 @@ use retune::correlation::{CorrelationError, observation_rows};
 use retune::effect::Candidate;
 use retune::linalg::sparse::{IndefinitePencil, SparsePlan};
 use retune::linalg::{DMatrix, DVector, LinalgError, SymMatrix, tall_take, tall_tr_mul};
-use retune::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel};
+use retune::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel, Targets};
 use retune::objective::{Comparison, Prediction};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Where (K - σM) is factored instead of at λ, as a share of λ beside it: the matrix is regular there, and what lies across the modes differs by
 /// about this share of it.
@@ -38,6 +39,36 @@ const BESIDE: f64 = 1e-3;
 const CLOSE: f64 = 0.02;
 /// Shapes and frequencies are moved by this share at most, and the columns are scaled back: they are slopes.
 const MOVED: f64 = 1e-3;
+
+/// What the sensors answer at one point of the parameters, kept for effects that are looked at later from there.
+#[derive(Default)]
+pub(crate) struct Answers(Mutex<Option<Known>>);
+
+/// A point, and what the sensors of every case answer there.
+type Known = (Vec<f64>, Arc<Vec<Adjoint>>);
+
+impl Answers {
+    /// Those at a point; of another point they are forgotten.
+    fn at(
+        &self,
+        theta: &[f64],
+        solve: impl FnOnce() -> Result<Vec<Adjoint>, DiagnosisError>,
+    ) -> Result<Arc<Vec<Adjoint>>, DiagnosisError> {
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, answers)) = known().as_ref().filter(|(at, _)| at == theta) {
+            return Ok(answers.clone());
+        }
+        self.forget();
+        let solved = Arc::new(solve()?);
+        *known() = Some((theta.to_vec(), solved.clone()));
+        Ok(solved)
+    }
+
+    /// Of 10⁶ dofs they take gigabytes.
+    pub(crate) fn forget(&self) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
 
 /// The modes of a case, and what a force on the structure does to them at the sensors.
 struct Adjoint {
@@ -48,6 +79,7 @@ struct Adjoint {
     answers: Vec<DMatrix<f64>>,
     /// Parameters of the model.
     theta: Vec<f64>,
+    /// Rᵀ M R of the six rigid motions, where something is compared with it.
     mass: Option<SymMatrix>,
 }
 
@@ -65,9 +97,10 @@ pub(crate) fn screen(
     weight: f64,
     candidates: Vec<Candidate>,
     settings: &Settings,
+    answers: &Answers,
 ) -> Result<Vec<Screened>, DiagnosisError> {
     if scene.is_large() {
-        return screen_large(scene, fit, weight, candidates, &settings.listener);
+        return screen_large(scene, fit, weight, candidates, &settings.listener, answers);
     }
     let dofs = scene.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
     let of_modes = !scene.is_damped && !scene.cases.iter().any(|c| c.test.has_more_than_modes());
@@ -85,7 +118,7 @@ pub(crate) fn slopes_first(
     candidates: Vec<Candidate>,
     settings: &Settings,
 ) -> Result<Vec<Screened>, DiagnosisError> {
-    let mut known = screen_large(scene, fit, weight, candidates, &settings.listener)?;
+    let mut known = screen_large(scene, fit, weight, candidates, &settings.listener, &Answers::default())?;
     let effort = &settings.effort;
     let mut anew = worth_more(&known, fit, &fit.basis()?, WIDER * effort.anew, WIDER * effort.anew_of_a_kind);
     anew.extend((0..known.len()).filter(|&i| known[i].columns.is_empty()));
@@ -99,15 +132,18 @@ fn screen_large(
     weight: f64,
     candidates: Vec<Candidate>,
     listener: &Listener,
+    answers: &Answers,
 ) -> Result<Vec<Screened>, DiagnosisError> {
     listener.say("placing effects");
     scene.place(&candidates);
     let comparisons = scene.comparisons()?;
     let priors = vec![Prior::NONE; scene.solved().parameters().free().len()];
     let posed = Posed::new(scene, &comparisons, priors, weight);
-    listener.say("solving for the sensors");
-    let of = |(case, comparison): (&Case, &Comparison<'_>)| Adjoint::new(case, comparison, &fit.theta);
-    let adjoints = scene.cases.iter().zip(&comparisons).map(of).collect::<Result<Vec<_>, _>>()?;
+    let adjoints = answers.at(&fit.theta, || {
+        listener.say("solving for the sensors");
+        let of = |(case, comparison): (&Case, &Comparison<'_>)| Adjoint::new(case, comparison, &fit.theta);
+        scene.cases.iter().zip(&comparisons).map(of).collect()
+    })?;
     let work = listener.work("screening effects", candidates.len());
     let screened = |candidate: Candidate| {
         let changes: Vec<Option<Arc<Change>>> = scene.cases.iter().map(|c| scene.change(c, &candidate)).collect();
@@ -207,14 +243,15 @@ impl Adjoint {
         let m_shapes = system.mass.mul(&shapes);
         tall_take(&mut forces, &m_shapes, &read);
         let pencil = IndefinitePencil::new(plan, &system.stiffness, &system.mass);
-        let known = Known { pencil, shapes: &shapes, m_shapes, forces, read };
+        let known = Across { pencil, shapes: &shapes, m_shapes, forces, read };
         let solve = |&elastic: &usize| known.answers(&prediction, elastic);
         let answers = paired.par_iter().map(solve).collect::<Result<Vec<_>, _>>()?;
         let first = prediction.modes.n_rigid;
         let mode = |&a: &usize| (a, prediction.modes.lambda[first + a], shapes.column(first + a).into_owned());
         let modes = paired.iter().map(mode).collect();
-        let mass =
-            prediction.mass_properties.is_some().then(|| model.rigid_mass(&theta)).transpose().map_err(failed)?;
+        let is_weighed = !case.test.mass_properties.is_empty() || model.targets() != Targets::default();
+        let mass = (is_weighed && prediction.mass_properties.is_some()).then(|| model.rigid_mass(&theta));
+        let mass = mass.transpose().map_err(failed)?;
         Ok(Self { prediction, modes, answers, theta, mass })
     }
 
@@ -263,7 +300,7 @@ fn singular(e: &LinalgError) -> DiagnosisError {
 }
 
 /// What the solutions of all modes share.
-struct Known<'a> {
+struct Across<'a> {
     pencil: IndefinitePencil<'a>,
     /// The modes that are known, rigid ones first, and M times them.
     shapes: &'a DMatrix<f64>,
@@ -273,7 +310,7 @@ struct Known<'a> {
     read: DMatrix<f64>,
 }
 
-impl Known<'_> {
+impl Across<'_> {
     /// zᵀ of one mode, (n_sensors x n_dof).
     fn answers(&self, prediction: &Prediction, elastic: usize) -> Result<DMatrix<f64>, DiagnosisError> {
         let Self { pencil, shapes, m_shapes, forces, read } = self;

@@ -11,8 +11,9 @@
 
 use crate::problem::changed::with_effect;
 use crate::problem::fit::{Fit, project};
+use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
-use crate::problem::scene::{Prior, Scene};
+use crate::problem::scene::Scene;
 use crate::settings::Settings;
 use crate::thresholds::{ALIKE, SMALL_STEP, VISIBLE};
 use rayon::prelude::*;

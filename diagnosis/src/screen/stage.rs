@@ -1,6 +1,6 @@
 //! The base fit with its screening: all that is known before any hypothesis is refitted.
 
-use super::adjoint::screen;
+use super::adjoint::{Answers, screen};
 use super::effects::{Directions, Score, Screened, Seen, screen_again};
 use super::noise::{Scatter, best_scores, p_value, scatter};
 use super::robust::{robust_fits, when_corrected};
@@ -50,6 +50,8 @@ pub(crate) struct Stage {
     pub(crate) p_value: f64,
     /// The projected residual.
     pub(crate) residual: DVector<f64>,
+    /// What the sensors answer at its fit.
+    pub(crate) answers: Arc<Answers>,
     /// How it was asked for.
     pub(crate) settings: Settings,
     /// Hypotheses that were fitted from here, in full or with a few steps.
@@ -57,9 +59,19 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// What a stage on top of this one need not evaluate again.
-    pub(crate) fn seen(&self) -> Seen<'_> {
-        Seen { screened: &self.screened, fit: &self.fit, weight: self.weight }
+    /// A stage on top of this one, which need not evaluate again what this has seen.
+    ///
+    /// * `start` - of its fit
+    pub(crate) fn with_on_top(
+        &self,
+        scene: Scene,
+        start: &DVector<f64>,
+        weight: f64,
+        settings: &Settings,
+    ) -> Result<Self, DiagnosisError> {
+        self.answers.forget();
+        let seen = Seen { screened: &self.screened, fit: &self.fit, weight: self.weight };
+        stage_of(scene, (std::slice::from_ref(start), None), weight, settings, Some(&seen))
     }
 
     /// How much is tried.
@@ -93,8 +105,8 @@ impl Stage {
         all.into_iter().filter(is_wanted).map(|c| Candidate { of_place: LN_WIDER, ..c }).collect()
     }
 
-    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share its evidence: who may
-    /// choose among more places explains more by chance.
+    /// An effect at places of a mesh about one of its own that nobody has tried yet, see [`Structure::finer`]. They share its evidence, see
+    /// [`Structure::ln_between`].
     ///
     /// * `structures` - those of [`Self::structures`]
     pub(crate) fn finer_candidates(
@@ -121,7 +133,7 @@ impl Stage {
             }
         };
         all.retain(|c| is_like(c) && c.location.names.iter().any(|n| further.contains(n)));
-        let of_place = about.of_place - (all.len().max(1) as f64).ln();
+        let of_place = -structures.first().map_or(0.0, |s| s.ln_between(&about.location));
         all.into_iter().map(|c| Candidate { of_place, ..c }).collect()
     }
 
@@ -155,12 +167,12 @@ impl Stage {
         let q = fit.basis()?;
         let residual = project(&q, &fit.r);
         let placed = self.screened.iter().map(|s| s.candidate.clone()).collect();
-        Stage { fit, q, residual, ..self.clone() }.screening(placed)
+        Stage { fit, q, residual, answers: Arc::default(), ..self.clone() }.screening(placed)
     }
 
     /// This stage with these effects instead of its own, screened at its fit.
     fn screening(mut self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
-        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings)?;
+        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings, &self.answers)?;
         self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
         self.effects = ranked(&self.scene, &self.screened, &self.directions, &self.residual);
         Ok(self)
@@ -176,15 +188,13 @@ impl Stage {
 ///
 /// * `starts` - starts of the fit beside the estimates and points of the box
 /// * `weight` - 1/√s2
-/// * `seen` - of a stage that this one stands on
 pub(crate) fn stage(
     scene: Scene,
     starts: &[DVector<f64>],
     weight: f64,
     settings: &Settings,
-    seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
-    stage_of(scene, (starts, None), weight, settings, seen)
+    stage_of(scene, (starts, None), weight, settings, None)
 }
 
 /// The same with one more start: where the parameters came while the pairs were decided.
@@ -198,6 +208,7 @@ pub(crate) fn stage_begun(
     stage_of(scene, (starts, begun), weight, settings, None)
 }
 
+/// * `seen` - of a stage that this one stands on
 fn stage_of(
     scene: Scene,
     (starts, begun): (&[DVector<f64>], Option<&DVector<f64>>),
@@ -206,6 +217,7 @@ fn stage_of(
     seen: Option<&Seen<'_>>,
 ) -> Result<Stage, DiagnosisError> {
     let scene = scene.in_full(starts.first())?;
+    let answers = Arc::new(Answers::default());
     let mut all = starts.to_vec();
     all.push(scene.start());
     if starts.is_empty() {
@@ -218,7 +230,7 @@ fn stage_of(
     let q = base.basis()?;
     let screened = match seen {
         Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, settings),
-        _ => screen(&scene, &base, weight, placed, settings)?,
+        _ => screen(&scene, &base, weight, placed, settings, &answers)?,
     };
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);
@@ -289,6 +301,7 @@ fn stage_of(
         scatter,
         p_value: p,
         residual,
+        answers,
         settings: settings.clone(),
         fitted: Arc::default(),
     })

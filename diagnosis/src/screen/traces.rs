@@ -2,8 +2,9 @@
 
 use crate::error::DiagnosisError;
 use crate::problem::fit::{Fit, project, shape_rows};
+use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
-use crate::problem::scene::{Prior, Scene};
+use crate::problem::scene::Scene;
 use crate::thresholds::VISIBLE;
 use rayon::prelude::*;
 use retune::data::Sensor;

@@ -63,7 +63,7 @@ fn from_there(
     settings: &Settings,
 ) -> Result<(Stage, Refits), DiagnosisError> {
     let ln_before = ln_evidence(&before.fit)?;
-    let base = stage(before.scene, &[lower], before.weight, settings, None)?;
+    let base = stage(before.scene, &[lower], before.weight, settings)?;
     let ln_base = ln_evidence(&base.fit)?;
     let mut refits = refit(&base, false)?;
     let against = |r: Refit| Refit { ln_bayes: r.ln_bayes + ln_before - ln_base, ..r };

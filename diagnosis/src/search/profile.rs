@@ -11,7 +11,6 @@
 //! D. J. Venzon, S. H. Moolgavkar, A method for computing profile-likelihood-based confidence intervals, Applied Statistics 37, 1988.
 
 use super::hypothesis::Estimate;
-use super::starts::reaches_far;
 use crate::error::DiagnosisError;
 use crate::problem::fit::{Fit, project};
 use crate::problem::rows::Posed;
@@ -41,7 +40,7 @@ pub(super) fn widen(
 ) -> Result<(), DiagnosisError> {
     let first = fit.x.len() - of.len();
     let is_poor = |e: &Estimate| e.value > 0.0 && e.interval[1] - e.value > POOR * e.value;
-    let wanted = |k: &usize| reaches_far(&of[*k]) && of[*k].neutral == 0.0 && is_poor(&estimates[*k]);
+    let wanted = |k: &usize| of[*k].spans_decades() && of[*k].neutral == 0.0 && is_poor(&estimates[*k]);
     let wanted: Vec<usize> = (0..of.len().min(estimates.len())).filter(wanted).collect();
     if wanted.is_empty() {
         return Ok(());

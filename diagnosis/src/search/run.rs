@@ -9,7 +9,7 @@ use crate::problem::changed::with_effect;
 use crate::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
 use crate::problem::race::{fit_by, in_full};
 use crate::screen::effects::Score;
-use crate::screen::stage::{Stage, stage};
+use crate::screen::stage::Stage;
 use crate::screen::traces::FaultScore;
 use crate::settings::Settings;
 use rayon::prelude::*;
@@ -144,5 +144,5 @@ pub(crate) fn best_and_of_every_kind<'a>(stage: &Stage, ranked: Vec<&'a Score>, 
 
 /// A stage with a hypothesis in its scene, fitted and screened.
 pub(crate) fn stage_with(base: &Stage, r: &Refit, settings: &Settings) -> Result<Stage, DiagnosisError> {
-    stage(r.scene.clone(), std::slice::from_ref(&r.fit.x), base.weight, settings, Some(&base.seen()))
+    base.with_on_top(r.scene.clone(), &r.fit.x, base.weight, settings)
 }

@@ -21,16 +21,10 @@ pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));
-    if candidate.parameters.iter().all(reaches_far) {
+    if candidate.parameters.iter().all(NewParameter::spans_decades) {
         return sizes.iter().map(|v| bases.iter().map(|x| join(x, v)).collect()).collect();
     }
     bases.iter().map(|x| sizes.iter().map(|v| join(x, v)).collect()).collect()
-}
-
-/// Whether something may be a hundred times as large as is typical: between sizes that are decades apart modes may cross, so that each has a basin
-/// of its own.
-pub(super) fn reaches_far(p: &NewParameter) -> bool {
-    p.one_sided() && (p.bounds[1] - p.neutral) > 100.0 * (p.typical - p.neutral)
 }
 
 /// A body on a spring has two sizes, and a basin for every mode that it may be tuned to.
@@ -52,7 +46,7 @@ pub(crate) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         out.push(clamp(scaled.collect()));
     }
     let gridded = p.iter().position(|p| !p.grid.is_empty());
-    let far = if p.iter().all(reaches_far) { &FAR[..] } else { &[] };
+    let far = if p.iter().all(NewParameter::spans_decades) { &FAR[..] } else { &[] };
     for factor in LADDER.iter().chain(far).copied() {
         let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
         match gridded {

@@ -4,7 +4,7 @@ use super::*;
 use crate::problem::changed::with_effect;
 use crate::problem::fit::{evaluate, project};
 use crate::problem::scene::Scene;
-use crate::screen::adjoint::{screen, slopes_first};
+use crate::screen::adjoint::{Answers, screen, slopes_first};
 use crate::screen::effects::Directions;
 use retune::effect::{Candidate, Context, candidates};
 use retune::linalg::{DMatrix, DVector};
@@ -244,8 +244,8 @@ fn adjoint_columns_are_those_of_differences() {
         let (fit, of_stand_in) = (evaluate(&small, x.clone(), 1.0).unwrap(), evaluate(&large, x, 1.0).unwrap());
         let all: Vec<Candidate> = placed(&model);
         let settings = Settings::default();
-        let full = screen(&small, &fit, 1.0, all.clone(), &settings).unwrap();
-        let adjoint = screen(&large, &of_stand_in, 1.0, all, &settings).unwrap();
+        let full = screen(&small, &fit, 1.0, all.clone(), &settings, &Answers::default()).unwrap();
+        let adjoint = screen(&large, &of_stand_in, 1.0, all, &settings, &Answers::default()).unwrap();
         let q = fit.basis().unwrap();
         for (a, b) in adjoint.iter().zip(&full) {
             let id = a.candidate.id();
@@ -308,7 +308,7 @@ fn slopes_find_the_best_of_many() {
         let ranked = Directions::new(&found, &q, fit.r.len()).rank(&project(&q, &fit.r));
         ranked.iter().take(10).map(|s| (found[s.index].candidate.id(), s.t)).collect()
     };
-    let full = first(screen(&scene, &fit, 1.0, all.clone(), &settings).unwrap());
+    let full = first(screen(&scene, &fit, 1.0, all.clone(), &settings, &Answers::default()).unwrap());
     let chosen = first(slopes_first(&scene, &fit, 1.0, all, &settings).unwrap());
     assert_eq!(full, chosen);
 }

@@ -93,7 +93,7 @@ fn a_support_under_a_short_stub_gives() {
 fn a_base_leaves_a_wrong_valley() {
     let (base, test) = measured_with(tower, &[210e9, 3200.0], None, 1);
     let settings = Settings::default();
-    let right = stage(Scene::new(&base, &[&test]).unwrap(), &[], 1.0, &settings, None).unwrap();
+    let right = stage(Scene::new(&base, &[&test]).unwrap(), &[], 1.0, &settings).unwrap();
     let refits = refit(&right, false).unwrap();
     assert!(lower_basin(&right, &refits, &settings).unwrap().is_none());
     let aside = DVector::from_element(2, 0.9);

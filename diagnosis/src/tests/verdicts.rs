@@ -128,8 +128,7 @@ fn noise_far_beyond_the_stated_one_is_no_explanation() {
 fn a_shape_that_agrees_less_than_noise_lets_it_is_found() {
     use crate::screen::noise::worst_shape;
     let (base, mut test) = of_frame(FRAME, 5);
-    let fit =
-        |test: &TestData| stage(Scene::new(&base, &[test]).unwrap(), &[], 1.0, &Settings::default(), None).unwrap().fit;
+    let fit = |test: &TestData| stage(Scene::new(&base, &[test]).unwrap(), &[], 1.0, &Settings::default()).unwrap().fit;
     let right = worst_shape(&fit(&test), 1.0, 1).unwrap();
     assert!(right.p_value > 0.01 && right.mac > right.least, "{right:?}");
     let shape = test.modes[4].shape.as_mut().unwrap();
