@@ -90,7 +90,8 @@ fn of_edge(effect: &'static str, structure: &Structure<'_>, at: &Location) -> Re
     let soft = |dof: Dof| nodes.len() as f64 / structure.generalised_stiffness(dof);
     let compliance = match at.direction() {
         "" => {
-            let about = format!("how far the {} nodes of {place} give, 1: as much as the structure", nodes.len());
+            let about =
+                format!("compliance of the {} nodes {place} of the support, 1: as soft as the structure", nodes.len());
             let p = b.parameter("share", "1", 0.05, [0.0, OPEN], &about);
             let dofs = structure.dofs_held_at(place).into_iter();
             dofs.flat_map(|dof| entry(dof.name(), &of_unit(round(soft(dof)), dof.compliance_unit(), &p))).collect()
