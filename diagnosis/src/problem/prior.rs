@@ -1,7 +1,7 @@
 //! Priors of the parameters, as rows of the least-squares problem.
 //!
 //! Every free parameter of the file has a Gaussian prior: its `prior_sd` where the file gives one, else half its interval around its estimate. A
-//! size that an effect has brought has one around its neutral value with its typical size as scale, twice as high where the size has one sign:
+//! size that an effect has brought has one of these around its neutral value, with its typical size as scale, twice as high where it has one sign:
 //!
 //! ```text
 //! p(x) = 1/(π s (1 + z²)),    z = (x - c)/s;                             ½ρ² = ln(1 + z²)

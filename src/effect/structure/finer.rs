@@ -103,7 +103,7 @@ impl Structure<'_> {
             let sites = self.sites().into_iter().filter(|&n| of_mesh[n]);
             return share(of_mesh.iter().filter(|is| **is).count() as f64, sites.count());
         }
-        if let Some((support, _)) = name.split_once(ABOUT).filter(|_| self.is_stretch(name)) {
+        if let Some((support, _)) = name.split_once(ABOUT).filter(|_| self.stretch(name).is_some()) {
             let tried = self.stretches_of(support).len();
             return share(of_any_size(self.nodes_of_support(support).len()), tried);
         }

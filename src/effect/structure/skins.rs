@@ -71,11 +71,6 @@ impl Structure<'_> {
         SHARES.into_iter().flat_map(of_share).collect()
     }
 
-    /// Whether this is the name of a stretch of a support.
-    pub(super) fn is_stretch(&self, name: &str) -> bool {
-        self.stretch(name).is_some()
-    }
-
     /// Supports of several nodes of a mesh.
     fn names_of_edges(&self) -> Vec<&str> {
         if self.model.mesh_parts().is_empty() || self.is_wider {
@@ -111,7 +106,7 @@ impl Structure<'_> {
 
     /// The nodes of `clamp~n81~12`, the twelve of a support that are nearest to one of them, in file order; `None` for any other name, and for all of
     /// them.
-    fn stretch(&self, name: &str) -> Option<Vec<usize>> {
+    pub(super) fn stretch(&self, name: &str) -> Option<Vec<usize>> {
         let (of, number) = name.rsplit_once(ABOUT)?;
         let (support, node) = of.split_once(ABOUT)?;
         let mut nodes = self.nodes_of_support(self.model.spec().supports.get_key_value(support)?.0);

@@ -93,7 +93,7 @@ impl Additions {
         touched.dedup();
         let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
         let mut parts: Vec<Part> = Vec::new();
-        let mut values: Vec<Arc<Vec<Option<Value>>>> = Vec::new();
+        let mut values: Option<Arc<Vec<Option<Value>>>> = None;
         for e in touched {
             let mut element = self.placed.elements[e].clone();
             for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
@@ -122,10 +122,10 @@ impl Additions {
             let old = before.map(|e| &self.model.elements()[e]);
             let scaled =
                 old.filter(|old| differs_in_factors(&element, old)).map(|old| change_of_factors(&element, old));
-            // As those of the elements of a section, they are one.
-            match values.iter().find(|v| **v == element.values) {
-                Some(known) => element.values = known.clone(),
-                None => values.push(element.values.clone()),
+            // As the elements of a section share theirs, which follow each other.
+            match &values {
+                Some(last) if *last == element.values => element.values = last.clone(),
+                _ => values = Some(element.values.clone()),
             }
             parts.push(Part::Element { connection, element: Box::new(element), before, scaled, ends });
         }
