@@ -47,6 +47,8 @@ struct Term {
 #[derive(Debug)]
 struct Common {
     model: Arc<Model>,
+    /// The θ at which it is made: the estimates, and the values that are held.
+    theta: Vec<f64>,
     /// V, (n_dof x n_basis), orthonormal in X.
     basis: DMatrix<f64>,
     /// In the order of [`AffinePart::bases`].
@@ -118,10 +120,16 @@ impl StandIn {
         held: &[(String, f64)],
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
+        let mut theta = interior_point(model.parameters());
+        for (name, value) in held {
+            if let Some(j) = model.parameters().index_of(name) {
+                theta[j] = *value;
+            }
+        }
         // What is not a polynomial is frozen for the basis, and stands beside it as a change.
         let frozen = match model.affine() {
             Some(_) => None,
-            None => Some(model.frozen_at(&interior_point(model.parameters()))?),
+            None => Some(model.frozen_at(&theta)?),
         };
         let solved = frozen.as_ref().unwrap_or(model);
         let reduced = ReducedModel::near(solved, options, known.as_ref(), held)?;
@@ -150,6 +158,7 @@ impl StandIn {
         let dofs = DofMap::of_coordinates(reduced.basis().ncols(), &motions);
         let common = Common {
             model: model.clone(),
+            theta,
             basis,
             is_damped,
             terms,
@@ -222,8 +231,7 @@ impl StandIn {
     /// # Errors
     /// An element of the change has no matrices at these sizes.
     pub fn with(&self, change: &Arc<Change>, sizes: &[Parameter], typical: &[f64]) -> Result<Self, ModelError> {
-        let theta = interior_point(self.common.model.parameters());
-        let (forces, scales) = self.forces(&change.at(&theta, typical)?);
+        let (forces, scales) = self.forces(&change.at(&self.common.theta, typical)?);
         // W across V and the shapes that are there, orthonormal in X: X W = F.
         let mut shapes = self.common.factor.solve(&forces);
         let whole = (0..forces.ncols()).map(|j| shapes.column(j).dot(&forces.column(j))).fold(0.0, f64::max);
@@ -422,8 +430,7 @@ impl StandIn {
     /// M of the model at its estimates, without the changes, times motions of the coordinates, (n_dof x any number).
     pub fn mass_times(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
         let x = self.expanded(y);
-        let theta = interior_point(self.common.model.parameters());
-        let factors = self.common.affine.at(&theta).map(|(_, factor)| factor);
+        let factors = self.common.affine.at(&self.common.theta).map(|(_, factor)| factor);
         let terms = self.common.terms.iter().map(|t| t.mass.as_ref()).zip(factors);
         let all = terms.chain([(self.common.frozen_mass.as_ref(), 1.0)]);
         let mut sum = DMatrix::zeros(x.nrows(), x.ncols());

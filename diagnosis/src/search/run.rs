@@ -7,7 +7,9 @@ use super::starts::{effort, starts};
 use crate::error::DiagnosisError;
 use crate::problem::changed::with_effect;
 use crate::problem::evidence::{held_out_in_all, ln_evidence, missed_more};
-use crate::problem::race::{fit_by, in_full};
+use crate::problem::fit::Fit;
+use crate::problem::race::{fit, fit_by, in_full};
+use crate::problem::scene::Scene;
 use crate::screen::effects::Score;
 use crate::screen::stage::Stage;
 use crate::screen::traces::FaultScore;
@@ -65,6 +67,19 @@ fn refit_effect(
     let scene = with_effect(&stage.scene, candidate)?;
     let rounds = in_full(starts.len(), effort(candidate), stage.effort());
     let fit = fit_by(&scene, starts, rounds, stage.weight)?;
+    weighed(stage, candidate, (scene, fit), base)
+}
+
+/// An effect as it was fitted on a stage.
+///
+/// * `fitted` - the scene with it, and its optimum
+/// * `base` - ln evidence of the base
+fn weighed(
+    stage: &Stage,
+    candidate: &Candidate,
+    (scene, fit): (Scene, Fit),
+    base: f64,
+) -> Result<Refit, DiagnosisError> {
     let evidence = ln_evidence(&fit)? + scene.ln_size_priors(&candidate.parameters) + candidate.of_place;
     let mut estimates = estimates(&scene, &fit, &candidate.parameters)?;
     widen(&scene, &fit, &candidate.parameters, stage.weight, &mut estimates)?;
@@ -83,6 +98,14 @@ fn refit_effect(
         ln_odds: 0.0,
         limit_of: Vec::new(),
     })
+}
+
+/// The same hypothesis on stand-ins that are made for its sizes.
+pub(crate) fn on_its_own_stand_ins(stage: &Stage, r: &Refit, base: f64) -> Result<Refit, DiagnosisError> {
+    let Tried::Effect(candidate) = &r.tried else { return Ok(r.clone()) };
+    let scene = r.scene.clone().in_full(Some(&r.fit.x))?;
+    let fit = fit(&scene, std::slice::from_ref(&r.fit.x), stage.weight)?;
+    weighed(stage, candidate, (scene, fit), base)
 }
 
 /// Refits hypotheses on another stage; those that cannot be fitted there are left out.

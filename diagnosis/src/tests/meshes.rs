@@ -4,7 +4,7 @@
 use super::*;
 use retune::data::Place;
 use retune::effect::{Effects, Patch};
-use retune::model::load_in;
+use retune::model::{ModalSolver, ReducedOptions, StandIn, load_in};
 use retune::update::{Controls, Settings as UpdateSettings, update};
 use std::collections::HashMap;
 use written_mesh::Written;
@@ -106,6 +106,38 @@ fn sensors() -> Vec<Sensor> {
         mass: None,
     };
     (0..15).map(sensor).collect()
+}
+
+/// A clamp that is next to open along fourteen of its seventeen nodes: a stand-in that is made for such a size has the frequencies of the model there, and one that is
+/// made for the clamp as it should be does not.
+#[test]
+fn a_stand_in_is_right_near_the_sizes_that_it_is_made_for() {
+    let base = wing(2, None);
+    let nodes = |of: std::ops::RangeInclusive<usize>| of.map(|n| format!("n{n}")).collect::<Vec<_>>().join(", ");
+    let all = format!("supports: {{clamp: {{nodes: [{}]}}}}\n", nodes(1..=17));
+    assert!(base.text.contains(&all), "{}", base.text);
+    let compliance = "ux: c, uy: c, uz: c, rx: 20 rad/m2 * c, ry: 20 rad/m2 * c, rz: 20 rad/m2 * c";
+    let open = format!(
+        "supports:\n  clamp: {{nodes: [{}]}}\n  open: {{nodes: [{}], compliance: {{{compliance}}}}}\n",
+        nodes(1..=3),
+        nodes(4..=17)
+    );
+    let text = base.text.replace(&all, &open);
+    let text = text.replace("parameters: {", "parameters: {c: {value: 0 m/N, bounds: [0 m/N, 1 m/N]}, ");
+    let model = std::sync::Arc::new(base.of(&text));
+    let mut theta: Vec<f64> = model.parameters().nominal();
+    theta[model.parameters().index_of("c").unwrap()] = 0.3;
+    let frequencies = |m: &dyn ParametricModel| -> Vec<f64> {
+        let (_, modes) = ModalSolver::new(m, &theta, 8).unwrap().solve(m, &theta, 8).unwrap();
+        modes.elastic().map(|i| modes.frequency_hz(i)).take(6).collect()
+    };
+    let options = ReducedOptions { n_modes: 8, ..ReducedOptions::default() };
+    let worst = |held: &[(String, f64)]| {
+        let own = frequencies(&StandIn::reduced(&model, options, None, held).unwrap());
+        own.iter().zip(frequencies(&*model)).map(|(own, full)| (own / full - 1.0).abs()).fold(0.0, f64::max)
+    };
+    let (held, neutral) = (worst(&[("c".into(), 0.2)]), worst(&[]));
+    assert!(held < 1e-4 && neutral > 1e-3, "{held:e} {neutral:e}");
 }
 
 /// A saw cut from the leading edge to the middle of the chord, at five twelfths of the span: it is named with its length, in the row before it or behind it,

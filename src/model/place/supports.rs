@@ -5,11 +5,13 @@ use crate::catalogue::did_you_mean;
 use crate::element::Dof;
 use crate::model::placed_element::Compliance;
 use crate::model::value::Value;
-use crate::yaml::child;
+use crate::yaml::{Problem, child};
+use std::collections::HashSet;
 
 impl Placer<'_> {
     /// One entry a held dof; what several entries say of it is in series.
     pub(super) fn supports(&mut self) {
+        let held = self.held();
         for (name, support) in &self.spec.supports {
             let path = child("supports", name);
             for (direction, scalar) in &support.compliance {
@@ -31,16 +33,36 @@ impl Placer<'_> {
                     self.error(path, why);
                     continue;
                 }
-                for node in support.nodes() {
+                let mut loose = None;
+                for name in support.nodes() {
                     // A node that is not there is said where supports hold.
-                    let Some(node) = self.geometry.node(node) else { continue };
+                    let Some(node) = self.geometry.node(name) else { continue };
                     let dof = 6 * node + dof as usize;
                     match self.compliances.iter_mut().find(|c| c.dof == dof) {
                         Some(known) => known.value.addends.push(affine.clone()),
                         None => self.compliances.push(Compliance { dof, value: Value::of(affine.clone()) }),
                     }
+                    if !held.contains(&dof) {
+                        loose.get_or_insert(name);
+                    }
+                }
+                if let Some(node) = loose {
+                    let why = format_args!(
+                        "no support holds `{node}.{direction}`, so that its compliance changes nothing: leave out `fixed: []`, or name the direction there"
+                    );
+                    self.problems.push(Problem::warning(path, why));
                 }
             }
         }
+    }
+
+    /// The dofs that supports hold, 6 n + i of node n.
+    fn held(&self) -> HashSet<usize> {
+        let of = |(node, dof): (&String, Dof)| Some(6 * self.geometry.node(node)? + dof as usize);
+        let all = self.spec.supports.values().flat_map(|support| {
+            let held = Dof::ALL.into_iter().filter(|dof| support.holds(*dof));
+            held.flat_map(|dof| support.nodes().map(move |node| (node, dof)))
+        });
+        all.filter_map(of).collect()
     }
 }

@@ -13,6 +13,7 @@ mod limits;
 mod looked;
 mod other_basins;
 mod screened;
+mod stand_ins;
 mod step;
 mod ties;
 mod with_more_sizes;
@@ -43,6 +44,7 @@ const SEARCH: &[Step] = &[
     limits::STEP,
     other_basins::STEP,
     ties::STEP,
+    stand_ins::STEP,
 ];
 
 /// Searches a stage; what cannot be fitted is left out.
