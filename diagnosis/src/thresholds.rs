@@ -37,6 +37,9 @@ pub(crate) const ON_BOUND: f64 = 1e-6;
 /// The small step of a difference, as a share of the typical size: about the cube root of rounding.
 pub(crate) const SMALL_STEP: f64 = 0.01;
 
+/// Relative change of a frequency, and 1 - MAC of a shape, below which slopes of another fit serve: they change as much as the modes do.
+pub(crate) const NEAR: f64 = 0.05;
+
 /// Below this length of the projected change of the residual, in standard deviations, a hypothesis has no trace in the data: of an effect at
 /// its typical size, of a fault at its number. A tenth of a standard deviation gives 0.005 in ln B. Perturbed.
 pub(crate) const VISIBLE: f64 = 0.1;

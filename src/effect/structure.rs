@@ -1,5 +1,6 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
+mod bodies;
 mod cuts;
 mod finer;
 mod groups;
@@ -22,6 +23,7 @@ use super::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::model::{Model, ParametricModel, dot, extent};
 use crate::once::Once;
+use bodies::Bodies;
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
 pub use rigidity::Rigidity;
@@ -164,6 +166,8 @@ pub struct Structure<'a> {
     pairs: Once<Vec<Location>>,
     /// Ends of beams that lie inside something, which every patch of a rigid end asks for.
     joint_ends: Once<Vec<JointEnd>>,
+    /// Which nodes are of one rigid body.
+    bodies: Once<Bodies>,
     /// Per node, the elements that are joined to it.
     at_nodes: Once<Vec<Vec<usize>>>,
     /// Per element, its part of the mesh.
@@ -206,6 +210,7 @@ impl<'a> Structure<'a> {
             extent: extent(&model.geometry().positions),
             pairs: Once::new(),
             joint_ends: Once::new(),
+            bodies: Once::new(),
             at_nodes: Once::new(),
             mesh_part: Once::new(),
             forces: Default::default(),
@@ -411,15 +416,8 @@ impl<'a> Structure<'a> {
 
     /// Whether a node stands on springs to ground.
     pub fn is_mounted(&self, node: usize) -> bool {
-        self.model.elements().iter().any(|e| e.kind.name() == "ground_spring" && e.nodes[0] == node)
-    }
-
-    /// Whether two nodes are one, or belong to one rigid body: they turn alike and can turn.
-    pub fn same_body(&self, a: usize, b: usize) -> bool {
-        let turning = |n: usize, dof| self.model.dof_map().express(n, dof);
-        let turns = [Dof::Rx, Dof::Ry, Dof::Rz];
-        a == b
-            || turns.iter().all(|&d| turning(a, d) == turning(b, d)) && turns.iter().any(|&d| !turning(a, d).is_empty())
+        let elements = self.model.elements();
+        self.elements_at_nodes()[node].iter().any(|&e| elements[e].kind.name() == "ground_spring")
     }
 
     /// Whether some motion strains some element of a part along or about this axis of its own.

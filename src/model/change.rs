@@ -10,6 +10,7 @@
 //! one, are changes too, as large as those matrices.
 
 mod additions;
+mod altered;
 mod at;
 mod factored;
 mod scaled;
@@ -18,9 +19,9 @@ pub use self::additions::Additions;
 pub use self::at::ChangeAt;
 pub(super) use self::factored::OnRows;
 
+use self::altered::Altered;
 use self::at::PartAt;
 use self::factored::Factored;
-use self::scaled::{Factors, bare};
 use super::connection::Connection;
 use super::dependence::{Terms, central_difference, dependence, dependences, element_matrices};
 use super::dof_map::rigid_motion;
@@ -31,6 +32,7 @@ use super::placed_element::PlacedElement;
 use super::{ElementMatrices, Model, ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::{DMatrix, SymMatrix};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Elements whose terms are found together: those of a shell take some 30 kB.
@@ -49,15 +51,12 @@ pub struct Change {
 /// A part of a change.
 #[derive(Debug, Clone)]
 enum Part {
-    /// An element that it brings, or that it alters: that of the model, by index, and by which factors where it alters nothing else; and where its
-    /// ends are, global, m.
-    Element {
-        connection: Connection,
-        element: Box<PlacedElement>,
-        before: Option<usize>,
-        scaled: Option<Factors>,
-        ends: Vec<[f64; 3]>,
-    },
+    /// An element that it brings, and where its ends are, global, m.
+    Brought { connection: Connection, element: Box<PlacedElement>, ends: Vec<[f64; 3]> },
+    /// An element of the model, by index, as if the change brought it.
+    Taken(usize),
+    /// An element of the model, by index, that it alters.
+    Altered { before: usize, after: Altered },
     /// The supports, as they are with it or, with the sign -1, without it.
     Supports { supports: Arc<ElasticSupports>, sign: f64 },
     /// A superelement, or a term of one.
@@ -73,37 +72,14 @@ impl Part {
     fn without(supports: &ElasticSupports) -> Self {
         Self::supports(supports.clone(), -1.0)
     }
-
-    /// How its dofs follow from rows and new coordinates; `None` of matrices that are on the rows themselves.
-    fn connection(&self) -> Option<&Connection> {
-        match self {
-            Part::Element { connection, .. } => Some(connection),
-            Part::Supports { supports, .. } => Some(supports.connection()),
-            Part::Factored(_) => None,
-        }
-    }
-
-    fn rows(&self) -> &[usize] {
-        match self {
-            Part::Factored(part) => part.of.rows(),
-            _ => self.connection().map_or(&[], |c| &c.rows),
-        }
-    }
 }
 
 impl Change {
     /// Everything of a model that is not a polynomial of its parameters, as if the change brought it.
     pub(super) fn of_general(model: &Arc<Model>) -> Self {
-        let (elements, connections) = model.elements_and_connections();
-        let part = |e: usize| Part::Element {
-            connection: connections[e].clone(),
-            element: Box::new(elements[e].clone()),
-            before: None,
-            scaled: None,
-            ends: elements[e].ends(&model.geometry().positions),
-        };
         let supports = model.elastic_supports().map(|s| Part::supports(s.clone(), 1.0));
-        let parts = (0..elements.len()).filter(|&e| model.is_general(e)).map(part).chain(supports).collect();
+        let general = (0..model.elements().len()).filter(|&e| model.is_general(e));
+        let parts = general.map(Part::Taken).chain(supports).collect();
         Self { model: model.clone(), parts, new: Vec::new(), n_sizes: 0 }
     }
 
@@ -120,9 +96,9 @@ impl Change {
     /// The elements of the model that it alters, by index.
     pub fn altered(&self) -> impl Iterator<Item = usize> + '_ {
         self.parts.iter().filter_map(|part| match part {
-            Part::Element { before, .. } => *before,
+            Part::Altered { before, .. } => Some(*before),
             Part::Factored(part) => Some(part.before),
-            Part::Supports { .. } => None,
+            Part::Brought { .. } | Part::Taken(_) | Part::Supports { .. } => None,
         })
     }
 
@@ -144,7 +120,7 @@ impl Change {
 
     /// Rows of the model that it touches, then its new coordinates.
     pub(super) fn rows(&self) -> Vec<usize> {
-        let mut rows: Vec<usize> = self.parts.iter().flat_map(|p| p.rows().iter().copied()).collect();
+        let mut rows: Vec<usize> = (0..self.len()).flat_map(|k| self.rows_of(k).iter().copied()).collect();
         rows.sort_unstable();
         rows.dedup();
         rows
@@ -152,7 +128,19 @@ impl Change {
 
     /// How the dofs of one of its elements follow from rows and new coordinates, u_e = B q\[rows\]; `None` of a superelement.
     pub(super) fn motion(&self, part: usize) -> Option<&Connection> {
-        self.parts[part].connection()
+        match &self.parts[part] {
+            Part::Brought { connection, .. } => Some(connection),
+            Part::Taken(e) | Part::Altered { before: e, .. } => Some(self.model.element_motion(*e)),
+            Part::Supports { supports, .. } => Some(supports.connection()),
+            Part::Factored(_) => None,
+        }
+    }
+
+    fn rows_of(&self, part: usize) -> &[usize] {
+        match &self.parts[part] {
+            Part::Factored(part) => part.of.rows(),
+            _ => self.motion(part).map_or(&[], |c| &c.rows),
+        }
     }
 
     /// The change at one point.
@@ -164,17 +152,13 @@ impl Change {
     pub fn at(&self, theta: &[f64], sizes: &[f64]) -> Result<ChangeAt<'_>, ModelError> {
         let point = [theta, sizes].concat();
         let at = |k: usize| {
-            Ok(match &self.parts[k] {
-                Part::Factored(part) => PartAt::Factored { part, factors: part.at(&self.model, &point) },
-                Part::Element { connection, .. } => {
-                    PartAt::Element { connection, own: self.matrices(k, theta, sizes)? }
-                }
-                Part::Supports { supports, .. } => {
-                    PartAt::Element { connection: supports.connection(), own: self.matrices(k, theta, sizes)? }
-                }
+            Ok(match (&self.parts[k], self.motion(k)) {
+                (Part::Factored(part), _) => Some(PartAt::Factored { part, factors: part.at(&self.model, &point) }),
+                (_, Some(connection)) => Some(PartAt::Element { connection, own: self.matrices(k, theta, sizes)? }),
+                (_, None) => None,
             })
         };
-        let parts = (0..self.len()).map(at).collect::<Result<_, ModelError>>()?;
+        let parts = (0..self.len()).filter_map(|k| at(k).transpose()).collect::<Result<_, ModelError>>()?;
         Ok(ChangeAt::new(self.rows(), self.model.dof_map().n_dof(), parts))
     }
 
@@ -185,14 +169,9 @@ impl Change {
         let all = [theta, sizes].concat();
         let (elements, connections) = self.model.elements_and_connections();
         match &self.parts[part] {
-            Part::Element { before: Some(e), scaled: Some(factors), .. } => {
-                Ok(scaled::at(factors, &all, &element_matrices(&bare(&elements[*e]), &all)?))
-            }
-            Part::Element { element, before, .. } => {
-                let after = element_matrices(element, &all)?;
-                let Some(e) = before else { return Ok(after) };
-                Ok(after.combine(&element_matrices(&elements[*e], theta)?, |a, b| a - b))
-            }
+            Part::Brought { element, .. } => Ok(element_matrices(element, &all)?),
+            Part::Taken(e) => Ok(element_matrices(&elements[*e], theta)?),
+            Part::Altered { before, after } => after.matrices(&elements[*before], &all, theta),
             Part::Supports { supports, sign } => {
                 let of = supports.matrices(elements, connections, &all)?;
                 Ok(of.combine(&of, |a, _| sign * a))
@@ -225,10 +204,9 @@ impl Change {
         for first in (0..self.len()).step_by(AT_ONCE) {
             let parts = &self.parts[first..self.len().min(first + AT_ONCE)];
             let asked = |part: &Part| match part {
-                Part::Element { before: Some(e), scaled: Some(_), .. } => vec![bare(&known[*e])],
-                Part::Element { element, before, .. } => {
-                    std::iter::once((**element).clone()).chain(before.map(|e| known[e].clone())).collect()
-                }
+                Part::Brought { element, .. } => vec![(**element).clone()],
+                Part::Taken(e) => vec![known[*e].clone()],
+                Part::Altered { before, after } => after.asked(&known[*before]),
                 Part::Supports { .. } | Part::Factored(_) => Vec::new(),
             };
             let elements: Vec<PlacedElement> = parts.iter().flat_map(asked).collect();
@@ -238,17 +216,8 @@ impl Change {
             let mut next = || found.next().flatten();
             for (k, part) in parts.iter().enumerate() {
                 let terms = match part {
-                    Part::Element { scaled: Some(factors), .. } => {
-                        next().map(|t| scaled::times(factors, &t.iter().map(|(m, a)| (m, a)).collect::<Vec<_>>()))
-                    }
-                    Part::Element { before: None, .. } => next(),
-                    Part::Element { .. } => match (next(), next()) {
-                        (Some(mut after), Some(before)) => {
-                            after.extend(before.into_iter().map(|(m, a)| (m, a.combine(&a, |a, _| -a))));
-                            Some(after)
-                        }
-                        _ => None,
-                    },
+                    Part::Brought { .. } | Part::Taken(_) => next(),
+                    Part::Altered { after, .. } => after.terms(&mut next),
                     Part::Supports { .. } => None,
                     Part::Factored(part) => Some(part.terms(&self.model, &on_coordinates(&part.of))),
                 };
@@ -260,9 +229,9 @@ impl Change {
     /// Whether one of its elements depends on a parameter of the model or, behind those, on a size.
     pub fn depends_on(&self, part: usize, j: usize) -> bool {
         match &self.parts[part] {
-            Part::Element { element, before, .. } => {
-                element.depends_on(j) || before.is_some_and(|e| self.model.elements()[e].depends_on(j))
-            }
+            Part::Brought { element, .. } => element.depends_on(j),
+            Part::Taken(e) => self.model.elements()[*e].depends_on(j),
+            Part::Altered { before, after } => after.depends_on(j) || self.model.elements()[*before].depends_on(j),
             Part::Supports { supports, .. } => supports.depends_on(j),
             Part::Factored(part) => part.depends_on(&self.model, j),
         }
@@ -330,7 +299,9 @@ impl Change {
         sizes: &[f64],
     ) -> Result<(), ModelError> {
         match &self.parts[part] {
-            Part::Element { .. } => self.add_rigid_mass_of(part, &self.matrices(part, theta, sizes)?, rigid),
+            Part::Brought { .. } | Part::Taken(_) | Part::Altered { .. } => {
+                self.add_rigid_mass_of(part, &self.matrices(part, theta, sizes)?, rigid);
+            }
             Part::Factored(of) => of.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
             Part::Supports { .. } => {}
         }
@@ -339,13 +310,22 @@ impl Change {
 
     /// Adds Rᵀ m R of the six rigid motions for matrices of one of its elements.
     pub(super) fn add_rigid_mass_of(&self, part: usize, matrices: &ElementMatrices, rigid: &mut SymMatrix) {
-        let Part::Element { element, before, ends, .. } = &self.parts[part] else { return };
         let (elements, geometry) = (self.model.elements(), self.model.geometry());
-        // The mass of a coordinate is none of the structure.
-        let is_body = before.is_none_or(|e| !elements[e].nodes.iter().any(|n| geometry.is_coordinate(*n)));
-        if is_body {
-            add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, ends);
-        }
+        let (element, ends) = match &self.parts[part] {
+            Part::Brought { element, ends, .. } => (Cow::Borrowed(&**element), ends.clone()),
+            Part::Taken(e) => (Cow::Borrowed(&elements[*e]), elements[*e].ends(&geometry.positions)),
+            // The mass of a coordinate is none of the structure.
+            Part::Altered { before, .. } if elements[*before].nodes.iter().any(|n| geometry.is_coordinate(*n)) => {
+                return;
+            }
+            Part::Altered { before, after } => {
+                let element = after.element(&elements[*before]);
+                let ends = element.ends(&geometry.positions);
+                (Cow::Owned(element), ends)
+            }
+            Part::Supports { .. } | Part::Factored(_) => return,
+        };
+        add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &ends);
     }
 
     /// Without the coordinates that nothing holds and that nothing is heavy in.
@@ -374,8 +354,8 @@ impl Change {
             })
             .collect();
         for part in &mut self.parts {
-            // Supports and superelements stand on rows of the model.
-            let Part::Element { connection, .. } = part else { continue };
+            // All else stands on rows of the model.
+            let Part::Brought { connection, .. } = part else { continue };
             let (rows, b) = (&connection.rows, connection.b());
             let kept: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n || used[rows[j] - n]).collect();
             let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };

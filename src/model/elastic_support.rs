@@ -91,12 +91,12 @@ impl ElasticSupports {
     /// * `node` - of the model, for one of what is brought
     pub(super) fn with<'a>(
         &self,
-        altered: impl Iterator<Item = (usize, &'a PlacedElement)>,
+        altered: impl Iterator<Item = (usize, PlacedElement)>,
         brought: impl Iterator<Item = (&'a PlacedElement, &'a Connection)>,
         node: impl Fn(usize) -> Option<usize>,
     ) -> Option<Self> {
         let is_moved = |e: usize| self.moves(e) || self.bodies.iter().any(|b| b.element == e);
-        let altered: Vec<_> = altered.filter(|(e, _)| is_moved(*e)).map(|(e, element)| (e, element.clone())).collect();
+        let altered: Vec<_> = altered.filter(|(e, _)| is_moved(*e)).collect();
         let of = |(element, connection): (&PlacedElement, &Connection)| {
             let terms = |own: usize, dof: Dof| node(own).map_or(&[][..], |n| &self.nodes[6 * n + dof as usize][..]);
             let b = motion_in_axes(element, self.compliances.len(), terms, |s| s);

@@ -12,7 +12,7 @@
 mod forces;
 mod sum;
 
-use self::forces::NEGLIGIBLE;
+use self::forces::{FEW_ROWS, NEGLIGIBLE};
 use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
@@ -186,6 +186,11 @@ impl StandIn {
             return Ok(bare);
         }
         bare.with(&Arc::new(Change::of_general(model)), &[], &[])
+    }
+
+    /// Whether the static shapes of its last change are those of all forces that it can exert: exact in statics at any size.
+    pub fn is_exact_in_statics(&self) -> bool {
+        self.changes.last().is_none_or(|placed| placed.change.rows().len() <= FEW_ROWS)
     }
 
     /// The model that it stands for, without the changes.

@@ -10,12 +10,12 @@
 //! only Δr'·r' < 0 counts.
 
 use crate::problem::changed::with_effect;
-use crate::problem::fit::{Fit, project};
+use crate::problem::fit::{Fit, mac, project};
 use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
 use crate::problem::scene::Scene;
 use crate::settings::Settings;
-use crate::thresholds::{ALIKE, SMALL_STEP, VISIBLE};
+use crate::thresholds::{ALIKE, NEAR, SMALL_STEP, VISIBLE};
 use rayon::prelude::*;
 use retune::effect::{Candidate, NewParameter};
 use retune::linalg::{DMatrix, DVector};
@@ -89,6 +89,54 @@ pub(crate) struct Seen<'a> {
     pub(crate) weight: f64,
 }
 
+impl Seen<'_> {
+    /// Whether the modes of a fit are hardly others than those at which the columns were found: slopes change as much as modes do.
+    pub(crate) fn is_near(&self, fit: &Fit) -> bool {
+        let is_near = |(mode, (now, before)): (usize, (&f64, &f64))| {
+            let pairs = (0..fit.rows.n_sensors).map(|s| (fit.shapes[(s, mode)], self.fit.shapes[(s, mode)]));
+            (now / before - 1.0).abs() < NEAR && (!fit.rows.has_shapes || mac(pairs) > 1.0 - NEAR)
+        };
+        let mut both = fit.frequencies.iter().zip(&self.fit.frequencies).enumerate();
+        both.all(|pair| pair.1.0.is_nan() && pair.1.1.is_nan() || is_near(pair))
+    }
+
+    /// Candidates with the columns that are known, and which have none; nothing where these are not of the same data.
+    pub(crate) fn carried(
+        &self,
+        scene: &Scene,
+        fit: &Fit,
+        weight: f64,
+        candidates: &[Candidate],
+    ) -> Option<(Vec<Screened>, Vec<usize>)> {
+        let (rows, before) = (fit.rows, self.fit.rows);
+        let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
+            == (before.n_modes, before.n_sensors, before.measured, before.targets);
+        if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !self.fit.unpaired.is_empty() {
+            return None;
+        }
+        let noisy = fit.noisy_rows();
+        let cut = rows.measured + rows.targets;
+        let factor = weight / self.weight;
+        let carry = |column: &Column| {
+            let carried = |i: usize| if i < cut && noisy[i] { factor * column.delta[i] } else { 0.0 };
+            Column { delta: DVector::from_fn(rows.len(), |i, _| carried(i)), ..column.clone() }
+        };
+        let known: BTreeMap<String, &Screened> = self.screened.iter().map(|s| (s.candidate.id(), s)).collect();
+        let is_known = |c: &Candidate| {
+            let added = |p: &NewParameter| scene.added.iter().any(|a| a.name == p.name);
+            known.get(&c.id()).filter(|k| k.candidate.parameters == c.parameters && !c.parameters.iter().any(added))
+        };
+        let columns = |c: &Candidate| is_known(c).map(|k| k.columns.iter().map(carry).collect::<Vec<_>>());
+        let found: Vec<Option<Vec<Column>>> = candidates.iter().map(columns).collect();
+        let unknown = (0..found.len()).filter(|&i| found[i].is_none()).collect();
+        let screened = candidates
+            .iter()
+            .zip(found)
+            .map(|(c, columns)| Screened { candidate: c.clone(), columns: columns.unwrap_or_default() });
+        Some((screened.collect(), unknown))
+    }
+}
+
 /// [`screen`] where another stage has seen the same candidates: their columns change little from there, so that only those which then
 /// score best, and the best few of every kind, are evaluated anew.
 ///
@@ -102,33 +150,9 @@ pub(crate) fn screen_again(
     seen: &Seen<'_>,
     settings: &Settings,
 ) -> Vec<Screened> {
-    let (rows, before) = (fit.rows, seen.fit.rows);
-    let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
-        == (before.n_modes, before.n_sensors, before.measured, before.targets);
-    if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !seen.fit.unpaired.is_empty() {
+    let Some((mut out, mut anew)) = seen.carried(scene, fit, weight, &candidates) else {
         return screen(scene, fit, weight, candidates, settings);
-    }
-    let noisy = fit.noisy_rows();
-    let cut = rows.measured + rows.targets;
-    let factor = weight / seen.weight;
-    let carry = |column: &Column| {
-        let carried = |i: usize| if i < cut && noisy[i] { factor * column.delta[i] } else { 0.0 };
-        Column { delta: DVector::from_fn(rows.len(), |i, _| carried(i)), ..column.clone() }
     };
-    let known: BTreeMap<String, &Screened> = seen.screened.iter().map(|s| (s.candidate.id(), s)).collect();
-    let is_known = |c: &Candidate| {
-        let added = |p: &NewParameter| scene.added.iter().any(|a| a.name == p.name);
-        known.get(&c.id()).filter(|k| k.candidate.parameters == c.parameters && !c.parameters.iter().any(added))
-    };
-    let mut out: Vec<Screened> = Vec::with_capacity(candidates.len());
-    let mut anew: Vec<usize> = Vec::new();
-    for candidate in candidates {
-        let columns = is_known(&candidate).map(|k| k.columns.iter().map(carry).collect());
-        if columns.is_none() {
-            anew.push(out.len());
-        }
-        out.push(Screened { candidate, columns: columns.unwrap_or_default() });
-    }
     anew.extend(worth_more(&out, fit, q, settings.effort.anew, settings.effort.anew_of_a_kind));
     evaluate_anew(scene, fit, weight, &mut out, anew, settings);
     out

@@ -20,7 +20,7 @@ use retune::effect::{
 };
 use retune::fault::PlacedFault;
 use retune::linalg::{DMatrix, DVector};
-use retune::model::Model;
+use retune::model::{Model, ParametricModel};
 use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -84,6 +84,14 @@ impl Stage {
         let may = !self.settings.until.is_over();
         self.fitted.fetch_add(usize::from(may), Ordering::Relaxed);
         may
+    }
+
+    /// Places the changes of effects at once where models are large: one by one each would take a placing of the whole file.
+    pub(crate) fn place<'a>(&self, effects: impl Iterator<Item = &'a Score>) {
+        if self.scene.is_large() {
+            let these: Vec<Candidate> = effects.map(|s| self.screened[s.index].candidate.clone()).collect();
+            self.scene.place(&these);
+        }
     }
 
     /// The id of a screened effect.
@@ -184,6 +192,15 @@ impl Stage {
     }
 }
 
+/// Candidates times dofs from which a stage on top of another takes over what that has seen, where its modes are hardly others: to place all of them on
+/// another file, and to solve for the sensors, takes a minute there.
+const VAST: usize = 100_000_000;
+
+fn is_vast(scene: &Scene, candidates: usize) -> bool {
+    let dofs = scene.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
+    scene.is_large() && dofs * candidates > VAST
+}
+
 /// Fits and screens a scene.
 ///
 /// * `starts` - starts of the fit beside the estimates and points of the box
@@ -230,7 +247,14 @@ fn stage_of(
     let q = base.basis()?;
     let screened = match seen {
         Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, settings),
-        _ => screen(&scene, &base, weight, placed, settings, &answers)?,
+        _ => {
+            let near = seen.filter(|seen| is_vast(&scene, placed.len()) && seen.is_near(&base));
+            let carried = near.and_then(|seen| seen.carried(&scene, &base, weight, &placed));
+            match carried {
+                Some((known, _)) => known,
+                None => screen(&scene, &base, weight, placed, settings, &answers)?,
+            }
+        }
     };
     let directions = Directions::new(&screened, &q, base.r.len());
     let scatter = scatter(&scene, &base, &q, &directions, settings.seed);

@@ -36,6 +36,11 @@ impl<'a> Job<'a> {
 
 pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
     let work = stage.settings.listener.work("refitting the best hypotheses", jobs.len());
+    let effects = jobs.iter().filter_map(|job| match job {
+        Job::Effect(score, _) | Job::Begun(score, ..) => Some(*score),
+        Job::Fault(..) => None,
+    });
+    stage.place(effects);
     let done: Vec<Option<Refit>> = jobs
         .par_iter()
         .map(|job| {

@@ -33,6 +33,7 @@ pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVecto
         ];
         Some(Entry::new(score, scene, &[starts(stage, score, bases).concat()], rounds))
     };
+    stage.place(effects.iter().copied());
     let entries: Vec<_> = effects.par_iter().map(entry).collect();
     let work = stage.settings.listener.work("looking at further effects", effects.len());
     let may_run = || {

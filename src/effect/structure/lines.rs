@@ -76,23 +76,27 @@ impl Structure<'_> {
         let spec = self.model.spec();
         let beams: BTreeSet<usize> =
             spec.beams.keys().flat_map(|name| self.model.element_set(name).into_iter().flatten().copied()).collect();
-        let mut left: Vec<usize> = beams.into_iter().collect();
-        let at = self.beams_at(&left);
-        let mut lines = Vec::new();
-        while let Some(&first) = left.first() {
+        let all: Vec<usize> = beams.into_iter().collect();
+        let at = self.beams_at(&all);
+        let (mut lines, mut taken) = (Vec::new(), BTreeSet::new());
+        for first in all {
+            if !taken.insert(first) {
+                continue;
+            }
             let mut line = vec![first];
             let mut next = 0;
             while let Some(&e) = line.get(next) {
                 for &node in &self.model.elements()[e].nodes {
                     let Some(&[a, b]) = at.get(&node).map(Vec::as_slice) else { continue };
                     let other = if a == e { b } else { a };
-                    if !line.contains(&other) && self.goes_on(a, b, node) && !self.branches(node, &at) {
+                    let may_be = !taken.contains(&other) && self.goes_on(a, b, node);
+                    if may_be && !self.branches(node, &at) {
+                        taken.insert(other);
                         line.push(other);
                     }
                 }
                 next += 1;
             }
-            left.retain(|e| !line.contains(e));
             lines.extend(self.path(&line));
         }
         lines
@@ -104,14 +108,16 @@ impl Structure<'_> {
         let all = self.model.elements();
         let at = self.beams_at(elements);
         let is_end = |e: usize| all[e].nodes.iter().any(|n| at.get(n).is_some_and(|b| b.len() == 1));
+        let mut known = BTreeSet::new();
         let mut path = vec![elements.iter().copied().filter(|&e| self.is_beam(e) && is_end(e)).min()?];
         loop {
             let last = *path.last()?;
+            known.insert(last);
             let on = |&node: &usize| match at.get(&node).map(Vec::as_slice) {
                 Some(&[a, b]) if self.goes_on(a, b, node) => Some(if a == last { b } else { a }),
                 _ => None,
             };
-            match all[last].nodes.iter().filter_map(on).find(|next| !path.contains(next)) {
+            match all[last].nodes.iter().filter_map(on).find(|next| !known.contains(next)) {
                 Some(next) => path.push(next),
                 None => break,
             }
@@ -125,7 +131,8 @@ impl Structure<'_> {
         let whole = || (elements.iter().map(|&e| self.length(e)).sum(), false);
         let Some(path) = self.path(elements) else { return whole() };
         let all = self.model.elements();
-        let others: Vec<usize> = (0..all.len()).filter(|e| !path.contains(e) && self.deforms(*e)).collect();
+        let own: BTreeSet<usize> = path.iter().copied().collect();
+        let at = self.elements_at_nodes();
         // What slides along the line holds it all the same.
         let Some(along) = path.first().map(|&e| all[e].axes[0]) else { return whole() };
         let across: Vec<Dof> = [Dof::Ux, Dof::Uy, Dof::Uz]
@@ -136,8 +143,8 @@ impl Structure<'_> {
             .collect();
         let is_fixed = |node: usize| across.iter().all(|&dof| !self.node_moves(node, dof));
         let is_held = |node: usize| {
-            let touches = |&e: &usize| all[e].nodes.iter().any(|&n| n == node || self.same_body(n, node));
-            is_fixed(node) || others.iter().any(touches)
+            let mut there = self.body_of(node).iter().flat_map(|&n| &at[n]);
+            is_fixed(node) || there.any(|&e| !own.contains(&e) && self.deforms(e))
         };
         let shared = |a: usize, b: usize| all[a].nodes.iter().copied().find(|n| all[b].nodes.contains(n));
         let other_end = |e: usize, from: usize| all[e].nodes.iter().copied().find(|&n| n != from);
@@ -185,7 +192,7 @@ impl Structure<'_> {
     /// beam by a rigid link.
     fn branches(&self, node: usize, at: &BTreeMap<usize, Vec<usize>>) -> bool {
         let clamped = Dof::ALL.into_iter().all(|dof| !self.node_moves(node, dof));
-        clamped || at.keys().any(|&other| other != node && self.same_body(node, other))
+        clamped || self.body_of(node).iter().any(|&other| other != node && at.contains_key(&other))
     }
 }
 

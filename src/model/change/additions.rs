@@ -1,7 +1,7 @@
 //! Many changes of one file, placed at once, and each of them alone.
 
+use super::altered::Altered;
 use super::factored::{Factored, OnRows};
-use super::scaled::{change_of_factors, differs_in_factors};
 use super::{Change, Part};
 use crate::element::Dof;
 use crate::model::connection::{Connection, motion_in_axes, place as place_of};
@@ -28,6 +28,8 @@ pub struct Additions {
     index_of: HashMap<String, usize>,
     /// Elements that depend on a parameter of a change, by its index.
     users: HashMap<usize, Vec<usize>>,
+    /// Nodes of the model by those of the longer file.
+    nodes: Vec<Option<usize>>,
     /// Elements of the model by name.
     known: HashMap<String, usize>,
     /// Paths of what is wrong in the file.
@@ -54,10 +56,11 @@ impl Additions {
         }
         let index_of = placed.parameters.names().enumerate().map(|(i, name)| (name.to_string(), i)).collect();
         let known = model.elements().iter().enumerate().map(|(i, e)| (e.name.clone(), i)).collect();
+        let nodes = placed.geometry.names.iter().map(|name| model.geometry().node(name)).collect();
         let wrong = problems.into_iter().filter(|p| p.severity == Severity::Error);
         let refused = wrong.map(|p| p.path).collect();
         let (model, on_rows) = (model.clone(), Mutex::default());
-        Self { model, placed, elimination, index_of, users, known, refused, on_rows }
+        Self { model, placed, elimination, index_of, users, nodes, known, refused, on_rows }
     }
 
     /// The matrices of an element of the model that stands for a superelement or a term of one.
@@ -93,7 +96,6 @@ impl Additions {
         touched.dedup();
         let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
         let mut parts: Vec<Part> = Vec::new();
-        let mut values: Option<Arc<Vec<Option<Value>>>> = None;
         for e in touched {
             let mut element = self.placed.elements[e].clone();
             for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
@@ -114,20 +116,21 @@ impl Additions {
                 parts.push(Part::Factored(Factored::new(element, before, self.on_rows(before)?)));
                 continue;
             }
-            let connection = match before {
-                Some(e) => self.model.element_motion(e).clone(),
-                None => new.connection(&element)?,
-            };
-            let ends = element.ends(&self.placed.geometry.positions);
-            let old = before.map(|e| &self.model.elements()[e]);
-            let scaled =
-                old.filter(|old| differs_in_factors(&element, old)).map(|old| change_of_factors(&element, old));
-            // As the elements of a section share theirs, which follow each other.
-            match &values {
-                Some(last) if *last == element.values => element.values = last.clone(),
-                _ => values = Some(element.values.clone()),
-            }
-            parts.push(Part::Element { connection, element: Box::new(element), before, scaled, ends });
+            parts.push(match before {
+                Some(before) => {
+                    // Nodes of other changes may stand before them in the longer file.
+                    element.nodes = element.nodes.iter().map(|&n| self.nodes[n]).collect::<Option<_>>()?;
+                    let last = parts.iter().rev().find_map(|part| match part {
+                        Part::Altered { after, .. } => Some(after),
+                        _ => None,
+                    });
+                    Part::Altered { before, after: Altered::new(element, &self.model.elements()[before], last) }
+                }
+                None => {
+                    let (connection, ends) = (new.connection(&element)?, element.ends(&self.placed.geometry.positions));
+                    Part::Brought { connection, element: Box::new(element), ends }
+                }
+            });
         }
         parts.extend(self.supports(&own, &alone, &parts)?);
         let dof_of = |(&d, &coordinate): (&usize, &usize)| {
@@ -146,15 +149,15 @@ impl Additions {
     fn supports(&self, own: &[usize], alone: &dyn Fn(&Value) -> Value, parts: &[Part]) -> Option<Vec<Part>> {
         let with_parts = |supports: &ElasticSupports| {
             let altered = parts.iter().filter_map(|part| match part {
-                Part::Element { element, before: Some(e), .. } => Some((*e, &**element)),
-                Part::Factored(part) => Some((part.before, &*part.after)),
-                Part::Element { .. } | Part::Supports { .. } => None,
-            });
-            let brought = parts.iter().filter_map(|part| match part {
-                Part::Element { connection, element, before: None, .. } => Some((&**element, connection)),
+                Part::Altered { before, after } => Some((*before, after.element(&self.model.elements()[*before]))),
+                Part::Factored(part) => Some((part.before, (*part.after).clone())),
                 _ => None,
             });
-            supports.with(altered, brought, |n| self.model.geometry().node(&self.placed.geometry.names[n]))
+            let brought = parts.iter().filter_map(|part| match part {
+                Part::Brought { connection, element, .. } => Some((&**element, connection)),
+                _ => None,
+            });
+            supports.with(altered, brought, |n| self.nodes[n])
         };
         let before = self.model.elastic_supports();
         let is_own = |c: &&Compliance| c.value.parameters().any(|p| own.contains(&p));
@@ -166,7 +169,7 @@ impl Additions {
         let geometry = self.model.geometry();
         // Compliances of dofs that only other changes make give are zero.
         let moved = |c: &Compliance| {
-            let node = geometry.node(&self.placed.geometry.names[c.dof / 6])?;
+            let node = self.nodes[c.dof / 6]?;
             Some(Compliance { dof: 6 * node + c.dof % 6, value: alone(&c.value) })
         };
         // What only other changes make give does not give here.
@@ -210,9 +213,9 @@ impl NewCoordinates<'_> {
 
     /// A dof of a node of the longer file in rows of the model, and in new coordinates behind them.
     fn terms(&mut self, node: usize, dof: Dof) -> Combination {
-        let Additions { model, placed, elimination, .. } = self.additions;
+        let Additions { model, elimination, nodes, .. } = self.additions;
         let dofs = model.dof_map();
-        let on_model = |node: usize| model.geometry().node(&placed.geometry.names[node]);
+        let on_model = |node: usize| nodes[node];
         if let Some(known) = on_model(node) {
             return dofs.express(known, dof).to_vec();
         }

@@ -29,12 +29,11 @@ pub(super) fn change_of_factors(after: &PlacedElement, before: &PlacedElement) -
     out
 }
 
-/// Whether an element differs from what it was before in nothing but factors on its matrices.
-pub(super) fn differs_in_factors(after: &PlacedElement, before: &PlacedElement) -> bool {
+/// Whether an element is of the same type and stands where it stood before: it differs in values and factors at most.
+pub(super) fn stands_as(after: &PlacedElement, before: &PlacedElement) -> bool {
     let shape = |e: &PlacedElement| (e.kind.name(), e.axes, e.turn);
     shape(after) == shape(before)
         && (&after.nodes, &after.arms, &after.points) == (&before.nodes, &before.arms, &before.points)
-        && after.values == before.values
 }
 
 /// An element without factors.

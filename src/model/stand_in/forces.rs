@@ -9,7 +9,7 @@ use crate::model::change::ChangeAt;
 /// their forces.
 const MOST_SHAPES: usize = 40;
 /// Up to this many touched dofs a change has the shapes of all forces that it can exert.
-const FEW_ROWS: usize = 36;
+pub(super) const FEW_ROWS: usize = 36;
 /// Forces, and energies of static shapes, below this part of the largest are rounding, or of no account.
 pub(super) const NEGLIGIBLE: f64 = 1e-7;
 

@@ -3,8 +3,10 @@
 use super::step::{Step, is_worth_more};
 use crate::error::DiagnosisError;
 use crate::search::board::Board;
+use crate::search::hypothesis::Refit;
 use crate::search::run::on_its_own_stand_ins;
 use crate::thresholds::STRONG;
+use retune::model::{MOST_DENSE_DOFS, ParametricModel};
 
 pub(super) const STEP: Step = Step { name: "the best on stand-ins of their own", when: is_on_stand_ins, take };
 
@@ -12,15 +14,21 @@ fn is_on_stand_ins(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     Ok(board.stage.scene.is_large() && is_worth_more(board)?)
 }
 
-/// Fits the best once more where a stand-in is made for its sizes: the one that it was found on is made for all that may be wrong, and a large change
-/// of many dofs moves as few of its coordinates do. What is told of them is as near to the model as it can be.
+/// Fits the best once more where a stand-in is made for its sizes: the one that it was found on has not all forces that a change of many dofs exerts,
+/// and where that is large, an open clamp say, it is stiffer than the model.
 #[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let (stage, ln_base) = (board.stage, board.ln_base);
     let least = board.best().map_or(f64::INFINITY, |r| r.ln_bayes - STRONG).max(STRONG);
-    let mut tied: Vec<_> = board.found.hypotheses.iter_mut().filter(|r| r.ln_bayes > least).collect();
+    let is_poor = |r: &Refit| {
+        let mut stand_ins = r.scene.cases.iter().filter_map(|case| case.stand_in.as_ref());
+        stand_ins.any(|stand_in| !stand_in.is_exact_in_statics())
+    };
+    let mut tied: Vec<_> = board.found.hypotheses.iter_mut().filter(|r| r.ln_bayes > least && is_poor(r)).collect();
     tied.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    for r in tied.into_iter().take(stage.effort().checked) {
+    // On a large mesh a stand-in takes ten seconds: only that which the remainder is looked at on as well.
+    let is_huge = stage.scene.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS);
+    for r in tied.into_iter().take(if is_huge { 1 } else { stage.effort().checked }) {
         if stage.may_fit()
             && let Ok(found) = on_its_own_stand_ins(stage, r, ln_base)
         {
