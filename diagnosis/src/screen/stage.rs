@@ -34,9 +34,9 @@ pub(crate) struct Stage {
     /// 1/√s2.
     pub(crate) weight: f64,
     pub(crate) q: DMatrix<f64>,
-    pub(crate) screened: Vec<Screened>,
+    pub(crate) screened: Arc<Vec<Screened>>,
     /// Their projected columns.
-    pub(crate) directions: Directions,
+    pub(crate) directions: Arc<Directions>,
     /// Effects by descending score, or in turns of two such lists, see [`ranked`].
     pub(crate) effects: Vec<Score>,
     pub(crate) faults: Vec<PlacedFault>,
@@ -180,8 +180,8 @@ impl Stage {
 
     /// This stage with these effects instead of its own, screened at its fit.
     fn screening(mut self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
-        self.screened = screen(&self.scene, &self.fit, self.weight, placed, &self.settings, &self.answers)?;
-        self.directions = Directions::new(&self.screened, &self.q, self.fit.r.len());
+        self.screened = Arc::new(screen(&self.scene, &self.fit, self.weight, placed, &self.settings, &self.answers)?);
+        self.directions = Arc::new(Directions::new(&self.screened, &self.q, self.fit.r.len()));
         self.effects = ranked(&self.scene, &self.screened, &self.directions, &self.residual);
         Ok(self)
     }
@@ -316,8 +316,8 @@ fn stage_of(
         fit: base,
         weight,
         q,
-        screened,
-        directions,
+        screened: Arc::new(screened),
+        directions: Arc::new(directions),
         effects,
         faults: list,
         fault_scores,

@@ -9,6 +9,7 @@ use crate::effect::edit::PatchError;
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use crate::model::{Near, ParametricModel, Vector, dot, minus, unit};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BinaryHeap};
 
 /// How much longer than the line the way through the structure is, at least: 1.34 across a bay of two squares, 1.08 across two elements of a plate.
@@ -22,6 +23,8 @@ const MOST_PAIRS: usize = 300;
 /// Largest stiffness of what joins a pair, against M ω² of the structure: rigid also where the highest modes of a test have thirty times the
 /// frequency of the first.
 const RIGID: f64 = 1e5;
+/// Sites that share one table of ways, as long as there are nodes.
+const SITES_AT_ONCE: usize = 512;
 /// Nodes nearer than this share of the size of the structure are at one place.
 const COINCIDENT: f64 = 1e-9;
 
@@ -145,27 +148,29 @@ impl Structure<'_> {
         sites: &[usize],
         ways: &[Vec<(usize, f64)>],
         [least, most]: [f64; 2],
-        moves: impl Fn(usize) -> bool,
+        moves: impl Fn(usize) -> bool + Sync,
     ) -> BTreeMap<[usize; 2], f64> {
         let positions: Vec<Vector> = sites.iter().map(|&n| self.model.geometry().positions[n]).collect();
         let grid = Near::new(&positions, most);
         let coincident = COINCIDENT * self.extent();
-        let mut walk = Walk::new(ways);
-        let mut found: BTreeMap<[usize; 2], f64> = BTreeMap::new();
-        for (place, &a) in sites.iter().enumerate().filter(|(_, a)| moves(**a)) {
+        let of = |walk: &mut Walk<'_>, place: usize, a: usize| -> Vec<([usize; 2], f64)> {
             let others = grid.within(positions[place], most).into_iter().map(|i| sites[i]).filter(|&b| b != a);
             let mut near: Vec<(f64, usize)> =
                 others.map(|b| (self.distance(a, b), b)).filter(|(d, _)| (least..=most).contains(d)).collect();
             near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-            let Some(&(farthest, _)) = near.last() else { continue };
+            let Some(&(farthest, _)) = near.last() else { return Vec::new() };
             let reached = walk.from(a, DETOUR * farthest);
             let is_detour = |(d, b): &&(f64, usize)| reached[*b] > DETOUR * d;
             let acts = |(_, b): &&(f64, usize)| !self.same_body(a, *b) && self.is_strained(a, *b, coincident);
-            for &(d, b) in near.iter().filter(is_detour).filter(acts).take(PER_NODE) {
-                found.insert([a.min(b), a.max(b)], d);
-            }
-        }
-        found
+            let found = near.iter().filter(is_detour).filter(acts).take(PER_NODE);
+            found.map(|&(d, b)| ([a.min(b), a.max(b)], d)).collect()
+        };
+        let movable: Vec<(usize, usize)> = sites.iter().copied().enumerate().filter(|(_, a)| moves(*a)).collect();
+        let of_some = |some: &[(usize, usize)]| {
+            let mut walk = Walk::new(ways);
+            some.iter().flat_map(|&(place, a)| of(&mut walk, place, a)).collect::<Vec<_>>()
+        };
+        movable.par_chunks(SITES_AT_ONCE).flat_map_iter(of_some).collect()
     }
 
     /// Whether some motion of the structure strains a spring between two nodes.

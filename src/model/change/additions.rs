@@ -139,6 +139,7 @@ impl Additions {
         let mut stand: Vec<_> = new.found.iter().map(dof_of).collect();
         stand.sort_by_key(|s| s.0);
         let new = stand.into_iter().map(|s| s.1).collect();
+        parts.shrink_to_fit();
         let change = Change { model: self.model.clone(), parts, new, n_sizes: own.len() };
         change.without_idle_coordinates(typical)
     }

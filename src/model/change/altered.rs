@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// What an element becomes.
 #[derive(Debug, Clone)]
 pub(super) struct Altered {
-    /// As the elements of a section share theirs.
-    values: Arc<Vec<Option<Value>>>,
+    /// Property values that differ, by index; as the factors, shared by elements that follow each other.
+    values: Arc<Vec<(usize, Option<Value>)>>,
     /// On its stiffness and its mass, and of its damping per stiffness and per mass.
     factors: Arc<[Option<Value>; 4]>,
     /// By which factors its matrices change, where that is all.
@@ -24,22 +24,18 @@ pub(super) struct Altered {
 impl Altered {
     /// * `last` - of another element of the change, which it may be like
     pub(super) fn new(after: PlacedElement, before: &PlacedElement, last: Option<&Self>) -> Self {
-        let factors = factors_of(&after);
-        let values = match last {
-            Some(last) if last.values == after.values => last.values.clone(),
-            _ => after.values.clone(),
-        };
-        let factors = match last {
-            Some(last) if *last.factors == factors => last.factors.clone(),
-            _ => Arc::new(factors),
-        };
         let stands = scaled::stands_as(&after, before);
-        let scaled = (stands && after.values == before.values).then(|| scaled::change_of_factors(&after, before));
-        let scaled = scaled.map(|own| match last.and_then(|last| last.scaled.as_ref()) {
-            Some(last) if **last == own => last.clone(),
-            _ => Arc::new(own),
-        });
-        Self { values, factors, scaled, moved: (!stands).then(|| Box::new(after)) }
+        let both = after.values.iter().zip(before.values.iter()).enumerate();
+        let values =
+            both.filter(|(_, (new, old))| new != old).map(|(i, (new, _))| (i, new.clone())).collect::<Vec<_>>();
+        let scaled = (stands && values.is_empty()).then(|| scaled::change_of_factors(&after, before));
+        let last_scaled = last.and_then(|last| last.scaled.as_ref());
+        Self {
+            values: shared(values, last.map(|last| &last.values)),
+            factors: shared(factors_of(&after), last.map(|last| &last.factors)),
+            scaled: scaled.map(|own| shared(own, last_scaled)),
+            moved: (!stands).then(|| Box::new(after)),
+        }
     }
 
     /// The element as it is with the change.
@@ -48,7 +44,11 @@ impl Altered {
             return (**moved).clone();
         }
         let [stiffness_factor, mass_factor, stiffness_damping, mass_damping] = (*self.factors).clone();
-        let values = self.values.clone();
+        let mut values = before.values.clone();
+        if !self.values.is_empty() {
+            let own = Arc::make_mut(&mut values);
+            self.values.iter().for_each(|(i, value)| own[*i].clone_from(value));
+        }
         PlacedElement { values, stiffness_factor, mass_factor, stiffness_damping, mass_damping, ..before.clone() }
     }
 
@@ -91,9 +91,17 @@ impl Altered {
 
     /// Whether any of what it becomes depends on parameter `j`.
     pub(super) fn depends_on(&self, j: usize) -> bool {
-        let values = self.values.iter().flatten().chain(self.factors.iter().flatten());
+        if let Some(moved) = &self.moved {
+            return moved.depends_on(j);
+        }
+        let values = self.values.iter().filter_map(|(_, value)| value.as_ref()).chain(self.factors.iter().flatten());
         values.flat_map(Value::parameters).any(|p| p == j)
     }
+}
+
+/// What is equal to another is that.
+fn shared<T: PartialEq>(own: T, last: Option<&Arc<T>>) -> Arc<T> {
+    last.filter(|last| ***last == own).cloned().unwrap_or_else(|| Arc::new(own))
 }
 
 fn factors_of(element: &PlacedElement) -> [Option<Value>; 4] {

@@ -6,6 +6,7 @@ use crate::model::inside::why_none;
 use crate::model::spec::OverrideSpec;
 use crate::model::value::{Affine, Value};
 use crate::yaml::child;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 impl Placer<'_> {
@@ -80,9 +81,9 @@ impl Placer<'_> {
 
     /// Whether any of the elements has the property; if not, an error.
     pub(super) fn any_has(&mut self, elements: &[usize], property: &str, path: &str) -> bool {
-        let known: Vec<&str> =
-            elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name).collect();
-        if !known.contains(&property) {
+        let known = || elements.iter().flat_map(|&e| self.elements[e].kind.properties()).map(|p| p.name);
+        if !known().any(|name| name == property) {
+            let known: BTreeSet<&str> = known().collect();
             let suggestion = did_you_mean(property, known);
             self.error(path, format_args!("these elements have no property `{property}`{suggestion}"));
             return false;
@@ -103,15 +104,19 @@ impl Placer<'_> {
                 if !self.any_has(elements, property, &path) {
                     continue;
                 }
+                // Elements of one type have one unit.
+                let mut last: Option<(&str, Affine)> = None;
                 for e in self.acted_on(names, elements, property) {
                     let kind = self.elements[e].kind;
                     let Some(i) = kind.properties().iter().position(|p| p.name == property) else { continue };
                     let unit = if what == "scale" { "1" } else { kind.properties()[i].unit };
                     let before = self.problems.len();
-                    let Some(affine) = self.affine(scalar, unit, &path) else {
+                    let known = last.as_ref().filter(|last| last.0 == unit).map(|last| last.1.clone());
+                    let Some(affine) = known.or_else(|| self.affine(scalar, unit, &path)) else {
                         self.problems.truncate(before + 1);
                         break;
                     };
+                    last = Some((unit, affine.clone()));
                     match (what, &mut Arc::make_mut(&mut self.elements[e].values)[i]) {
                         ("set", value) => *value = Some(Value::of(affine)),
                         // What is absent counts as zero, which every property with that meaning has as its default.
