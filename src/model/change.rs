@@ -52,7 +52,7 @@ pub struct Change {
 #[derive(Debug, Clone)]
 enum Part {
     /// An element that it brings, and where its ends are, global, m.
-    Brought { connection: Connection, element: Box<PlacedElement>, ends: Vec<[f64; 3]> },
+    Brought { connection: Box<Connection>, element: Box<PlacedElement>, ends: Box<[[f64; 3]]> },
     /// An element of the model, by index, as if the change brought it.
     Taken(usize),
     /// An element of the model, by index, that it alters.
@@ -60,7 +60,7 @@ enum Part {
     /// The supports, as they are with it or, with the sign -1, without it.
     Supports { supports: Arc<ElasticSupports>, sign: f64 },
     /// A superelement, or a term of one.
-    Factored(Factored),
+    Factored(Box<Factored>),
 }
 
 impl Part {
@@ -312,7 +312,7 @@ impl Change {
     pub(super) fn add_rigid_mass_of(&self, part: usize, matrices: &ElementMatrices, rigid: &mut SymMatrix) {
         let (elements, geometry) = (self.model.elements(), self.model.geometry());
         let (element, ends) = match &self.parts[part] {
-            Part::Brought { element, ends, .. } => (Cow::Borrowed(&**element), ends.clone()),
+            Part::Brought { element, ends, .. } => (Cow::Borrowed(&**element), ends.to_vec()),
             Part::Taken(e) => (Cow::Borrowed(&elements[*e]), elements[*e].ends(&geometry.positions)),
             // The mass of a coordinate is none of the structure.
             Part::Altered { before, .. } if elements[*before].nodes.iter().any(|n| geometry.is_coordinate(*n)) => {
@@ -359,7 +359,7 @@ impl Change {
             let (rows, b) = (&connection.rows, connection.b());
             let kept: Vec<usize> = (0..rows.len()).filter(|&j| rows[j] < n || used[rows[j] - n]).collect();
             let row = |&j: &usize| if rows[j] < n { rows[j] } else { n + place[rows[j] - n] };
-            *connection = Connection::of(kept.iter().map(row).collect(), &b.select_columns(&kept));
+            **connection = Connection::of(kept.iter().map(row).collect(), &b.select_columns(&kept));
         }
         let kept = used.iter().zip(std::mem::take(&mut self.new)).filter(|(used, _)| **used);
         self.new = kept.map(|(_, at)| at).collect();

@@ -11,7 +11,7 @@ use retune::correlation::CorrelationError;
 use retune::effect::{Candidate, NewParameter, PatchError};
 use retune::linalg::DVector;
 use retune::model::spec::ModelSpec;
-use retune::model::{Additions, Change, MOST_DENSE_DOFS, Model, ModelError, ParametricModel};
+use retune::model::{Additions, Change, Model, ModelError};
 use retune::objective::Scaling;
 use std::sync::Arc;
 
@@ -115,7 +115,7 @@ impl Scene {
         if !self.is_large() {
             return Ok(Some(self.clone()));
         }
-        if self.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS) {
+        if self.is_huge() {
             return Ok(None);
         }
         let alone = Self { large: usize::MAX, ..self.clone() };

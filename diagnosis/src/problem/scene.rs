@@ -214,6 +214,16 @@ impl Scene {
         }
     }
 
+    /// Dofs of the largest of its models.
+    pub(crate) fn most_dofs(&self) -> usize {
+        self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0)
+    }
+
+    /// Whether matrices of one of its models are never held in full, and every stand-in takes seconds.
+    pub(crate) fn is_huge(&self) -> bool {
+        self.most_dofs() > MOST_DENSE_DOFS
+    }
+
     /// Whether stand-ins are solved.
     pub(crate) fn is_large(&self) -> bool {
         self.cases.iter().any(|c| c.stand_in.is_some())
@@ -231,7 +241,7 @@ impl Scene {
     /// * `before` - cases of models that these were made from, in the same order, with theirs
     /// * `sizes` - values of parameters near which they are to be right
     fn with_stand_ins(mut self, before: &[Case], sizes: &[(String, f64)]) -> Result<Self, DiagnosisError> {
-        let largest = self.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
+        let largest = self.most_dofs();
         // A stand-in is made for modes: with other data the model is solved itself while that can be done.
         let asks_for_itself = |c: &Case| c.test.has_more_than_modes();
         if largest <= self.large || largest <= MOST_DENSE_DOFS && self.cases.iter().any(asks_for_itself) {

@@ -102,9 +102,8 @@ pub(crate) fn screen(
     if scene.is_large() {
         return screen_large(scene, fit, weight, candidates, &settings.listener, answers);
     }
-    let dofs = scene.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
     let of_modes = !scene.is_damped && !scene.cases.iter().any(|c| c.test.has_more_than_modes());
-    if !of_modes || dofs * candidates.len() < MANY {
+    if !of_modes || scene.most_dofs() * candidates.len() < MANY {
         return Ok(screen_each(scene, fit, weight, candidates, settings));
     }
     slopes_first(scene, fit, weight, candidates, settings)

@@ -100,40 +100,46 @@ impl Seen<'_> {
         both.all(|pair| pair.1.0.is_nan() && pair.1.1.is_nan() || is_near(pair))
     }
 
-    /// Candidates with the columns that are known, and which have none; nothing where these are not of the same data.
+    /// Candidates with the columns that are known, and which have none.
+    ///
+    /// # Errors
+    /// The candidates, where the columns are not of the same data.
     pub(crate) fn carried(
         &self,
         scene: &Scene,
         fit: &Fit,
         weight: f64,
-        candidates: &[Candidate],
-    ) -> Option<(Vec<Screened>, Vec<usize>)> {
+        candidates: Vec<Candidate>,
+    ) -> Result<(Vec<Screened>, Vec<usize>), Vec<Candidate>> {
         let (rows, before) = (fit.rows, self.fit.rows);
         let is_alike = (rows.n_modes, rows.n_sensors, rows.measured, rows.targets)
             == (before.n_modes, before.n_sensors, before.measured, before.targets);
         if !is_alike || scene.has_functions() || !fit.unpaired.is_empty() || !self.fit.unpaired.is_empty() {
-            return None;
+            return Err(candidates);
         }
         let noisy = fit.noisy_rows();
         let cut = rows.measured + rows.targets;
         let factor = weight / self.weight;
         let carry = |column: &Column| {
             let carried = |i: usize| if i < cut && noisy[i] { factor * column.delta[i] } else { 0.0 };
-            Column { delta: DVector::from_fn(rows.len(), |i, _| carried(i)), ..column.clone() }
+            let (delta, values) = (DVector::from_fn(rows.len(), |i, _| carried(i)), column.values.clone());
+            Column { delta, one_sided: column.one_sided, values }
         };
         let known: BTreeMap<String, &Screened> = self.screened.iter().map(|s| (s.candidate.id(), s)).collect();
         let is_known = |c: &Candidate| {
             let added = |p: &NewParameter| scene.added.iter().any(|a| a.name == p.name);
             known.get(&c.id()).filter(|k| k.candidate.parameters == c.parameters && !c.parameters.iter().any(added))
         };
-        let columns = |c: &Candidate| is_known(c).map(|k| k.columns.iter().map(carry).collect::<Vec<_>>());
-        let found: Vec<Option<Vec<Column>>> = candidates.iter().map(columns).collect();
-        let unknown = (0..found.len()).filter(|&i| found[i].is_none()).collect();
-        let screened = candidates
-            .iter()
-            .zip(found)
-            .map(|(c, columns)| Screened { candidate: c.clone(), columns: columns.unwrap_or_default() });
-        Some((screened.collect(), unknown))
+        let mut unknown = Vec::new();
+        let with_columns = |(i, candidate): (usize, Candidate)| {
+            let columns = is_known(&candidate).map(|k| k.columns.iter().map(carry).collect());
+            if columns.is_none() {
+                unknown.push(i);
+            }
+            Screened { candidate, columns: columns.unwrap_or_default() }
+        };
+        let screened = candidates.into_iter().enumerate().map(with_columns).collect();
+        Ok((screened, unknown))
     }
 }
 
@@ -150,8 +156,9 @@ pub(crate) fn screen_again(
     seen: &Seen<'_>,
     settings: &Settings,
 ) -> Vec<Screened> {
-    let Some((mut out, mut anew)) = seen.carried(scene, fit, weight, &candidates) else {
-        return screen(scene, fit, weight, candidates, settings);
+    let (mut out, mut anew) = match seen.carried(scene, fit, weight, candidates) {
+        Ok(carried) => carried,
+        Err(candidates) => return screen(scene, fit, weight, candidates, settings),
     };
     anew.extend(worth_more(&out, fit, q, settings.effort.anew, settings.effort.anew_of_a_kind));
     evaluate_anew(scene, fit, weight, &mut out, anew, settings);

@@ -20,7 +20,7 @@ use retune::effect::{
 };
 use retune::fault::PlacedFault;
 use retune::linalg::{DMatrix, DVector};
-use retune::model::{Model, ParametricModel};
+use retune::model::Model;
 use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -197,8 +197,7 @@ impl Stage {
 const VAST: usize = 100_000_000;
 
 fn is_vast(scene: &Scene, candidates: usize) -> bool {
-    let dofs = scene.cases.iter().map(|c| c.model.dof_map().n_dof()).max().unwrap_or(0);
-    scene.is_large() && dofs * candidates > VAST
+    scene.is_large() && scene.most_dofs() * candidates > VAST
 }
 
 /// Fits and screens a scene.
@@ -249,10 +248,13 @@ fn stage_of(
         Some(seen) if !scene.is_large() => screen_again(&scene, &base, &q, weight, placed, seen, settings),
         _ => {
             let near = seen.filter(|seen| is_vast(&scene, placed.len()) && seen.is_near(&base));
-            let carried = near.and_then(|seen| seen.carried(&scene, &base, weight, &placed));
+            let carried = match near {
+                Some(seen) => seen.carried(&scene, &base, weight, placed),
+                None => Err(placed),
+            };
             match carried {
-                Some((known, _)) => known,
-                None => screen(&scene, &base, weight, placed, settings, &answers)?,
+                Ok((known, _)) => known,
+                Err(placed) => screen(&scene, &base, weight, placed, settings, &answers)?,
             }
         }
     };

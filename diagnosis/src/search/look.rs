@@ -13,15 +13,13 @@ use crate::screen::effects::{Score, Screened, is_small, steps};
 use crate::screen::stage::Stage;
 use rayon::prelude::*;
 use retune::linalg::DVector;
-use retune::model::{MOST_DENSE_DOFS, ParametricModel};
 use std::collections::BTreeMap;
 
 /// Effects by what they leave at the best of their sizes. What stands in for a large model is evaluated at each size; of a small one the screening has
 /// done so at the typical sizes. On a mesh of more dofs than matrices are dense for, where every change takes solutions of its own, the best by their
 /// slopes alone are looked at.
 pub(super) fn by_size(stage: &Stage) -> Vec<&Score> {
-    let is_huge = stage.scene.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS);
-    let most = if is_huge { stage.effort().near } else { usize::MAX };
+    let most = if stage.scene.is_huge() { stage.effort().near } else { usize::MAX };
     let all = &stage.effects[..stage.effects.len().min(most)];
     let left: Vec<Option<f64>> = if stage.scene.is_large() { evaluated(stage, all) } else { screened(stage, all) };
     let mut ranked: Vec<(f64, &Score)> = left.into_iter().zip(all).filter_map(|(left, s)| Some((left?, s))).collect();

@@ -10,6 +10,9 @@ use crate::screen::stage::Stage;
 use rayon::prelude::*;
 use retune::linalg::DVector;
 
+/// Of a large mesh so many race at once: each has static shapes of its own, thirty megabytes of 10⁵ dofs.
+const AT_ONCE: usize = 16;
+
 /// Full fits of the best effects of a stage, chosen by a few steps where there are many.
 ///
 /// * `base` - ln evidence of the base
@@ -34,12 +37,19 @@ pub(crate) fn shortest<'a>(stage: &Stage, effects: &[&'a Score], bases: &[DVecto
         Some(Entry::new(score, scene, &[starts(stage, score, bases).concat()], rounds))
     };
     stage.place(effects.iter().copied());
-    let entries: Vec<_> = effects.par_iter().map(entry).collect();
     let work = stage.settings.listener.work("looking at further effects", effects.len());
     let may_run = || {
         work.step();
         stage.may_fit()
     };
-    let ranked = race(entries.into_iter().flatten().collect(), &[Keep::HalfAhead, Keep::All], stage.weight, may_run);
-    ranked.into_iter().map(|entry| entry.of).collect()
+    let mut ranked: Vec<(f64, &Score)> = Vec::new();
+    for some in effects.chunks(if stage.scene.is_huge() { AT_ONCE } else { usize::MAX }) {
+        let entries: Vec<_> = some.par_iter().map(entry).collect();
+        let entries = entries.into_iter().flatten().collect();
+        let done = race(entries, &[Keep::HalfAhead, Keep::All], stage.weight, may_run);
+        ranked.extend(done.into_iter().map(|entry| (entry.phi(), entry.of)));
+    }
+    // Stable: of equal ones the first stays first.
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.into_iter().map(|(_, of)| of).collect()
 }

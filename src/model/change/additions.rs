@@ -113,7 +113,7 @@ impl Additions {
             if element.matrices.is_some() {
                 // A change brings no superelement.
                 let before = before?;
-                parts.push(Part::Factored(Factored::new(element, before, self.on_rows(before)?)));
+                parts.push(Part::Factored(Box::new(Factored::new(element, before, self.on_rows(before)?))));
                 continue;
             }
             parts.push(match before {
@@ -128,7 +128,7 @@ impl Additions {
                 }
                 None => {
                     let (connection, ends) = (new.connection(&element)?, element.ends(&self.placed.geometry.positions));
-                    Part::Brought { connection, element: Box::new(element), ends }
+                    Part::Brought { connection: Box::new(connection), element: Box::new(element), ends: ends.into() }
                 }
             });
         }
@@ -155,7 +155,7 @@ impl Additions {
                 _ => None,
             });
             let brought = parts.iter().filter_map(|part| match part {
-                Part::Brought { connection, element, .. } => Some((&**element, connection)),
+                Part::Brought { connection, element, .. } => Some((&**element, &**connection)),
                 _ => None,
             });
             supports.with(altered, brought, |n| self.nodes[n])

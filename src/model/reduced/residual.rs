@@ -9,6 +9,9 @@ use std::sync::Arc;
 /// λ_m of the estimate lies this much above λ: nearer ones are turned among each other.
 const APART: f64 = 1.5;
 
+/// Forces that are answered at once.
+const AT_ONCE: usize = 64;
+
 /// A matrix of K or M of one term, with what it makes of the basis.
 #[derive(Debug)]
 struct Force {
@@ -90,26 +93,25 @@ impl Residual {
         let before = self.forces.first().map_or(0, |f| f.columns.len());
         let count = basis.ncols() - before;
         let new = basis.columns(before, count).into_owned();
-        let (n, first) = self.all.shape();
-        let mut forces = DMatrix::zeros(n, count * self.forces.len());
+        let first = self.all.ncols();
+        let size = first + count * self.forces.len();
+        let mut all = std::mem::replace(&mut self.all, DMatrix::zeros(0, 0)).resize_horizontally(size, 0.0);
         for (k, force) in self.forces.iter_mut().enumerate() {
             let n_none = if force.is_mass { 0 } else { self.n_rigid.saturating_sub(before).min(count) };
-            let made = force.matrix.forces(&new, n_none);
-            forces.columns_mut(k * count, count).copy_from(&made);
-            force.columns.extend(first + k * count..first + (k + 1) * count);
+            let place = first + k * count;
+            all.columns_mut(place, count).copy_from(&force.matrix.forces(&new, n_none));
+            force.columns.extend(place..place + count);
         }
-        let answers = self.factor.solve(&forces);
-        let beside = tall_tr_mul(&self.all, &answers);
-        let own = tall_tr_mul(&forces, &answers);
-        let size = first + forces.ncols();
         let mut gram = std::mem::replace(&mut self.gram, DMatrix::zeros(0, 0)).resize(size, size, 0.0);
-        gram.view_mut((0, first), beside.shape()).copy_from(&beside);
-        gram.view_mut((first, 0), (beside.ncols(), beside.nrows())).copy_from(&beside.transpose());
-        gram.view_mut((first, first), own.shape()).copy_from(&own);
-        self.gram = gram;
-        let mut all = std::mem::replace(&mut self.all, DMatrix::zeros(0, 0)).resize_horizontally(size, 0.0);
-        all.columns_mut(first, forces.ncols()).copy_from(&forces);
-        self.all = all;
+        // Of a large model all answers together are as large as all forces.
+        for from in (first..size).step_by(AT_ONCE) {
+            let some = AT_ONCE.min(size - from);
+            let answers = self.factor.solve(&all.columns(from, some).into_owned());
+            gram.columns_mut(from, some).copy_from(&tall_tr_mul(&all, &answers));
+        }
+        let beside = gram.view((0, first), (first, size - first)).transpose();
+        gram.view_mut((first, 0), beside.shape()).copy_from(&beside);
+        (self.all, self.gram) = (all, gram);
     }
 
     /// Estimated relative errors of frequencies.

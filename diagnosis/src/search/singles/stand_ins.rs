@@ -6,7 +6,6 @@ use crate::search::board::Board;
 use crate::search::hypothesis::Refit;
 use crate::search::run::on_its_own_stand_ins;
 use crate::thresholds::STRONG;
-use retune::model::{MOST_DENSE_DOFS, ParametricModel};
 
 pub(super) const STEP: Step = Step { name: "the best on stand-ins of their own", when: is_on_stand_ins, take };
 
@@ -15,7 +14,7 @@ fn is_on_stand_ins(board: &Board<'_>) -> Result<bool, DiagnosisError> {
 }
 
 /// Fits the best once more where a stand-in is made for its sizes: the one that it was found on has not all forces that a change of many dofs exerts,
-/// and where that is large, an open clamp say, it is stiffer than the model.
+/// and where that is large, an open clamp say, it is stiffer than the model. Nothing is screened on this stage after it.
 #[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let (stage, ln_base) = (board.stage, board.ln_base);
@@ -26,9 +25,9 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     };
     let mut tied: Vec<_> = board.found.hypotheses.iter_mut().filter(|r| r.ln_bayes > least && is_poor(r)).collect();
     tied.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    stage.answers.forget();
     // On a large mesh a stand-in takes ten seconds: only that which the remainder is looked at on as well.
-    let is_huge = stage.scene.cases.iter().any(|c| c.model.dof_map().n_dof() > MOST_DENSE_DOFS);
-    for r in tied.into_iter().take(if is_huge { 1 } else { stage.effort().checked }) {
+    for r in tied.into_iter().take(if stage.scene.is_huge() { 1 } else { stage.effort().checked }) {
         if stage.may_fit()
             && let Ok(found) = on_its_own_stand_ins(stage, r, ln_base)
         {
