@@ -366,7 +366,9 @@ pub(crate) fn base_pairs(pairs: &BasePairs, test: &TestData, style: &Style) -> S
             Cell::new(state, Tone::Warning),
         ]);
     }
-    let mut out = format!("pairs of the fitted model with {}\n", pairs.test) + &table.render(style);
+    let mut out = String::new();
+    wrapped(&mut out, &format!("pairs of the fitted model with {}; P: that the two are one mode", pairs.test), style);
+    out += &table.render(style);
     for (k, m) in pairs.modes.iter().enumerate() {
         if let Some(reason) = &m.reason {
             wrapped(&mut out, &format!("no partner: test mode {} at {:.3} Hz: {reason}", k + 1, m.test_hz), style);

@@ -134,6 +134,9 @@ fn remarks(u: &Update) -> String {
             let _ = writeln!(out, "{} is correlated with {}", p.name, words.join(", "));
         }
     }
+    if c.parameters.iter().any(|p| p.method == IntervalMethod::Unconfirmed) {
+        out += "interval unconfirmed: the curvature at the optimum gives it, but further away the cost is no parabola, and no profile was found\n";
+    }
     let without: Vec<String> =
         c.parameters.iter().filter_map(|p| Some(format!("{} ({})", p.name, p.why_no_sd()?))).collect();
     if n > 1 && !without.is_empty() {

@@ -16,6 +16,8 @@ use retune::linalg::DMatrix;
 /// What the tests say of what remains.
 pub(crate) struct Remainder {
     pub(crate) passes: bool,
+    /// Whether all but the second screening pass.
+    pub(crate) looks_like_noise: bool,
     /// Whether all modes have partners and the misfit is below the median of what noise gives.
     pub(crate) is_small: bool,
     pub(crate) p_value: f64,
@@ -40,14 +42,14 @@ pub(crate) fn remains(base: &Stage, r: &Refit, settings: &Settings) -> Result<(R
     let second = stage_with(base, r, settings)?;
     let fits = goodness_of_fit(&second.fit, &second.q);
     let white = whiteness(&second.scene, &second.fit, &second.q, settings.seed.wrapping_add(2));
-    let passes =
-        is_noise(fits, white, EACH_REMAINDER) && second.p_value > EACH_REMAINDER && second.fit.unpaired.is_empty();
+    let looks_like_noise = is_noise(fits, white, EACH_REMAINDER) && second.fit.unpaired.is_empty();
+    let passes = looks_like_noise && second.p_value > EACH_REMAINDER;
     // The smallest of three.
     let p_value =
         if second.fit.unpaired.is_empty() { (3.0 * fits.min(white).min(second.p_value)).min(1.0) } else { 0.0 };
     let text = if passes { String::new() } else { place_of(&second.scene, &second.fit, &second.q) };
     let is_small = fits > 0.5 && second.fit.unpaired.is_empty();
-    Ok((Remainder { passes, is_small, p_value, text }, second))
+    Ok((Remainder { passes, looks_like_noise, is_small, p_value, text }, second))
 }
 
 /// The modes and sensors that carry the most of a projected residual.

@@ -335,6 +335,17 @@ impl Else<'_> {
     }
 }
 
+/// One hypothesis is named.
+///
+/// * `chosen` - its rank
+fn named(chosen: usize, r: &Refit) -> Answer {
+    let verdict = match r.tried {
+        Tried::Effect(_) => Verdict::MissingEffect,
+        Tried::Fault(_) => Verdict::MeasurementFault,
+    };
+    Answer { verdict, chosen, ..Answer::default() }
+}
+
 /// Names one hypothesis, two, or none.
 fn name(
     base: &Stage,
@@ -355,12 +366,8 @@ fn name(
         // What needs a mode that the test has missed is not put before what is more probable.
         let is_believed = found.passes && (refits[i].missed == 0 || i == tied[0]);
         if is_believed && may_be_named {
-            let verdict = match refits[i].tried {
-                Tried::Effect(_) => Verdict::MissingEffect,
-                Tried::Fault(_) => Verdict::MeasurementFault,
-            };
-            let answer = Answer { verdict, chosen: i, ..Answer::default() };
-            if verdict == Verdict::MeasurementFault || predicts(&refits[i]) {
+            let answer = named(i, &refits[i]);
+            if answer.verdict == Verdict::MeasurementFault || predicts(&refits[i]) {
                 return Ok(answer);
             }
             doubted.get_or_insert(answer);
@@ -371,6 +378,14 @@ fn name(
     let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
     let (chosen, odds) = (*chosen, otherwise.odds);
     let more = refit(&on_first, true)?.hypotheses;
+    // An alarm of slopes that no fit confirms is one of their nonlinearity.
+    if may_be_named && found.looks_like_noise && more.iter().all(|r| r.ln_bayes <= STRONG) {
+        let answer = named(chosen, &refits[chosen]);
+        if answer.verdict == Verdict::MeasurementFault || predicts(&refits[chosen]) {
+            return Ok(answer);
+        }
+        doubted.get_or_insert(answer);
+    }
     let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
     let ln_known = weight(&refits[chosen]) + more.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
     let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
