@@ -172,6 +172,15 @@ pub(super) fn interior_point(parameters: &ParameterSet) -> Vec<f64> {
     parameters.iter().map(|p| p.bounds.map_or(p.value, |[l, u]| p.value.max(l).min(u))).collect()
 }
 
+/// Gives parameters, by name, the values at which they are held.
+pub(super) fn hold(parameters: &ParameterSet, held: &[(String, f64)], theta: &mut [f64]) {
+    for (name, value) in held {
+        if let Some(j) = parameters.index_of(name) {
+            theta[j] = *value;
+        }
+    }
+}
+
 /// How far a parameter is moved from a value: to its farther bound, else by half its value, else by one.
 pub(super) fn step(parameters: &ParameterSet, index: usize, value: f64) -> f64 {
     match parameters.get(index).bounds {

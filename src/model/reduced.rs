@@ -31,7 +31,7 @@ use self::residual::Residual;
 use self::span::Span;
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::character::ModeCharacter;
-use super::dependence::interior_point;
+use super::dependence::{hold, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
 use super::mass_properties::MassProperties;
@@ -135,11 +135,8 @@ impl<'a> ReducedModel<'a> {
         };
         let mut points = candidates(full, &start, options);
         points.insert(0, start.clone());
-        for (name, value) in held {
-            let Some(j) = full.parameters().index_of(name) else { continue };
-            for point in &mut points {
-                point[j] = *value;
-            }
+        for point in &mut points {
+            hold(full.parameters(), held, point);
         }
         let mut next = Some(start);
         if let Some(known) = known {

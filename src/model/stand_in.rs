@@ -17,7 +17,7 @@ use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
 use super::character::ModeCharacter;
-use super::dependence::{Monomial, Terms, interior_point};
+use super::dependence::{Monomial, Terms, hold, interior_point};
 use super::dof_map::DofMap;
 use super::entry::Entry;
 use super::mass_properties::MassProperties;
@@ -53,7 +53,7 @@ struct Common {
     basis: DMatrix<f64>,
     /// In the order of [`AffinePart::bases`].
     terms: Vec<Term>,
-    /// M of what is not a polynomial, at the estimates.
+    /// M of what is not a polynomial, at θ.
     frozen_mass: Option<SparseSym>,
     affine: AffinePart,
     factor: Arc<PencilFactor>,
@@ -121,11 +121,7 @@ impl StandIn {
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
         let mut theta = interior_point(model.parameters());
-        for (name, value) in held {
-            if let Some(j) = model.parameters().index_of(name) {
-                theta[j] = *value;
-            }
-        }
+        hold(model.parameters(), held, &mut theta);
         // What is not a polynomial is frozen for the basis, and stands beside it as a change.
         let frozen = match model.affine() {
             Some(_) => None,
@@ -432,7 +428,7 @@ impl StandIn {
         &self.common.basis * y.rows(0, m) + &*self.extra * y.rows(m, extra)
     }
 
-    /// M of the model at its estimates, without the changes, times motions of the coordinates, (n_dof x any number).
+    /// M of the model at the θ at which this is made, without the changes, times motions of the coordinates, (n_dof x any number).
     pub fn mass_times(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
         let x = self.expanded(y);
         let factors = self.common.affine.at(&self.common.theta).map(|(_, factor)| factor);

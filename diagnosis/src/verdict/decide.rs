@@ -4,8 +4,8 @@
 //! * A verdict follows the probabilities: with "nothing" more probable than all else together nothing is named, with
 //!   "something else" more probable than all else together, two effects included, the verdict is `unexplained`.
 //! * A hypothesis is believed when its ln Bayes factor is above 3 *and* what remains looks like noise: goodness of fit, a
-//!   second screening and neighbouring sensors, each at a level of 0.001, and no mode without partner. Among
-//!   tied hypotheses the most probable one that passes is taken. An effect that predicts held-out modes worse than the base does may be
+//!   second screening and neighbouring sensors, each at a level of 0.001, and no mode without partner. Slopes that stand out in the second screening count where a fit
+//!   beside the hypothesis confirms them, with ln B above 3. Among tied hypotheses the most probable one that passes is taken. An effect that predicts held-out modes worse than the base does may be
 //!   an image: one that is tied with it and predicts better stands before it, and two are sought as well and named where they are more
 //!   probable.
 //! * Else a second hypothesis is sought on top of the best, and each of the two again [beside the other](crate::search::pairs); with a gain above 3, held-out modes predicted better than by the base,
