@@ -45,13 +45,17 @@ pub(super) fn investigate_these(
         refits.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
     }
     let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
+    let mut at_stated_noise = None;
     // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
     if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
         let factor = base.scatter.s2.sqrt();
         // Noise that is hardly believable has to stand against several things that are wrong at the stated noise, too.
-        let at_stated_noise = if factor > MOST_NOISE { Some(conclude(&base, &mut refits, settings)?) } else { None };
-        if let Some(diagnosis) = at_stated_noise.filter(|d| d.verdict.names_hypotheses()) {
-            return Ok(Investigation { diagnosis, base, refits: refits.hypotheses });
+        if factor > MOST_NOISE {
+            let diagnosis = conclude(&base, &mut refits, settings)?;
+            if diagnosis.verdict.names_hypotheses() {
+                return Ok(Investigation { diagnosis, base, refits: refits.hypotheses });
+            }
+            at_stated_noise = Some(diagnosis);
         }
         let again = base.with_on_top(base.scene.clone(), &base.fit.x, factor.recip(), settings)?;
         let mut found = refit(&again, false)?;
@@ -61,7 +65,10 @@ pub(super) fn investigate_these(
             return Ok(Investigation { diagnosis, base: again, refits: found.hypotheses });
         }
     }
-    let diagnosis = conclude(&base, &mut refits, settings)?;
+    let diagnosis = match at_stated_noise {
+        Some(diagnosis) => diagnosis,
+        None => conclude(&base, &mut refits, settings)?,
+    };
     Ok(Investigation { diagnosis, base, refits: refits.hypotheses })
 }
 

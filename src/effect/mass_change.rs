@@ -26,7 +26,7 @@ impl Effect for MassChange {
             signature: "Moves the modes of the tests made in that configuration, in proportion to the square of their shape at the \
                     mass, and of no other test.",
             formulation: "The mass matrix of the point mass is multiplied by 1 + p, -0.95 <= p <= 3; p = 0 leaves it. More mass in all \
-                    configurations is a point-mass.",
+                    configurations is a point-mass, less an absent-mass.",
             confusable: &["point-mass", "stiffness-change", "mass-offset"],
             references: &[
                 "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",

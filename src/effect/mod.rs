@@ -18,6 +18,7 @@
 //! every effect to the contract on every model. An effect of your own crate is passed by [`Effects::with`]. Reading order:
 //! `patch` (the edits), `structure` (what an effect may ask of a model), then any effect; `text` edits files.
 
+mod absent_mass;
 mod absent_member;
 mod air_mass;
 mod asymmetry;
@@ -74,7 +75,7 @@ pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, c
 pub use edit::{Edit, NewParameter, PatchError};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::Patch;
-pub use structure::{Context, Part, PartKind, Rigidity, SensorLoad, Structure};
+pub use structure::{Context, Neighbourhood, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, move_files, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};
@@ -84,6 +85,7 @@ use crate::yaml::Problem;
 catalogue! {
     /// Every built-in effect, in alphabetical order.
     EFFECTS: dyn Effect;
+    absent_mass::AbsentMass,
     absent_member::AbsentMember,
     air_mass::AirMass,
     asymmetry::Asymmetry,

@@ -13,6 +13,7 @@ mod own_weight;
 mod pairs;
 mod places;
 mod reach;
+mod regions;
 mod rigidity;
 mod runs;
 mod scale;
@@ -26,6 +27,7 @@ use crate::once::Once;
 use bodies::Bodies;
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
+pub use regions::Neighbourhood;
 pub use rigidity::Rigidity;
 use std::collections::{HashMap, HashSet};
 
@@ -172,6 +174,8 @@ pub struct Structure<'a> {
     at_nodes: Once<Vec<Vec<usize>>>,
     /// Per element, its part of the mesh.
     mesh_part: Once<Vec<Option<usize>>>,
+    /// Lines of more beams than a span of every search has, element of the file by element.
+    long_lines: Once<Vec<Vec<Vec<usize>>>>,
     /// Axial forces per unit of a body acceleration along each axis, where the structure carries it.
     forces: [Once<Option<own_weight::Forces>>; 3],
     /// Whether places are wider than those of the file.
@@ -213,6 +217,7 @@ impl<'a> Structure<'a> {
             bodies: Once::new(),
             at_nodes: Once::new(),
             mesh_part: Once::new(),
+            long_lines: Once::new(),
             forces: Default::default(),
             is_wider: false,
             ends: Vec::new(),
@@ -238,6 +243,7 @@ impl<'a> Structure<'a> {
             s.parts = parts;
         }
         let mut spans = s.list_spans();
+        spans.extend(s.list_areas());
         spans.extend(s.list_cuts());
         s.pair_up(&mut spans);
         s.spans = spans;
@@ -273,7 +279,7 @@ impl<'a> Structure<'a> {
         &self.parts
     }
 
-    /// A few successive elements of a chain or of a line, stretches inside of elements, and cuts of a mesh, in file order.
+    /// A few successive elements of a chain or of a line, stretches inside of elements, larger patches and cuts of a mesh, in file order.
     pub fn spans(&self) -> &[Part] {
         &self.spans
     }
@@ -338,7 +344,7 @@ impl<'a> Structure<'a> {
             (None, Some(end)) => vec![end.element],
             (None, None) => match self.model.element_set(name) {
                 Some(set) => set.to_vec(),
-                None => self.patch_about(name).unwrap_or_default(),
+                None => self.named_between(name).unwrap_or_default(),
             },
         }
     }

@@ -16,7 +16,7 @@ use crate::thresholds::{LN_WIDER, REMAINDER};
 use retune::correlation::{CorrelationError, Transducer, transducers};
 use retune::data::Sensor;
 use retune::effect::{
-    Candidate, Configured, Context, Effects, SensorLoad, Structure, candidates_in, candidates_on_wider_places,
+    Candidate, Configured, Context, Effects, Location, SensorLoad, Structure, candidates_in, candidates_on_wider_places,
 };
 use retune::fault::PlacedFault;
 use retune::linalg::{DMatrix, DVector};
@@ -128,10 +128,26 @@ impl Stage {
         if further.is_empty() {
             return Vec::new();
         }
-        // With what it becomes at a limit of its sizes: a body on a stiff spring is a point mass.
+        self.between_candidates(structures, about, &further)
+    }
+
+    /// An effect at these places between those that every search tries, see [`Self::finer_candidates`].
+    pub(crate) fn between_candidates(
+        &self,
+        structures: &[Structure<'_>],
+        about: &Candidate,
+        further: &[String],
+    ) -> Vec<Candidate> {
+        let of_place = |at: &Location| -structures.first().map_or(0.0, |s| s.ln_between(at));
+        let all = self.candidates_at(about, further);
+        all.into_iter().map(|c| Candidate { of_place: of_place(&c.location), ..c }).collect()
+    }
+
+    /// An effect at these places, and what it becomes at a limit of its sizes: a body on a stiff spring is a point mass.
+    pub(crate) fn candidates_at(&self, about: &Candidate, further: &[String]) -> Vec<Candidate> {
         let only = self.limits(about).with(about.effect);
         let mut all =
-            in_configurations(&self.scene, &self.settings.places, &further, |tested| candidates_in(tested, &only));
+            in_configurations(&self.scene, &self.settings.places, further, |tested| candidates_in(tested, &only));
         let is_like = |c: &Candidate| {
             let is_same = c.effect.name() == about.effect.name();
             if is_same {
@@ -141,8 +157,7 @@ impl Stage {
             }
         };
         all.retain(|c| is_like(c) && c.location.names.iter().any(|n| further.contains(n)));
-        let of_place = -structures.first().map_or(0.0, |s| s.ln_between(&about.location));
-        all.into_iter().map(|c| Candidate { of_place, ..c }).collect()
+        all
     }
 
     /// What an effect becomes at a limit of its sizes, at its own place.
@@ -167,6 +182,13 @@ impl Stage {
     /// The same with these effects, at places that others do not have, instead of its own.
     pub(crate) fn on_wider(&self, placed: Vec<Candidate>) -> Result<Stage, DiagnosisError> {
         self.clone().screening(placed)
+    }
+
+    /// This stage with a hypothesis, where that has brought it; its effects are those of this one.
+    pub(crate) fn at(&self, scene: Scene, fit: Fit) -> Result<Stage, DiagnosisError> {
+        let q = fit.basis()?;
+        let residual = project(&q, &fit.r);
+        Ok(Stage { scene, fit, q, residual, answers: Arc::default(), ..self.clone() })
     }
 
     /// The same effects as they are seen from another point of the base.

@@ -8,6 +8,7 @@ use super::{Part, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::model::{Outwards, Vector, dot, minus, plus, spread};
 use std::collections::BTreeSet;
+use std::f64::consts::LN_2;
 
 /// Nodes about a node that are tried in a round.
 const NODES: usize = 60;
@@ -17,6 +18,8 @@ const MIDDLES: usize = 12;
 const SIZES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// The same in the rounds after it.
 const NEARER_SIZES: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.6];
+/// Sizes of the patches at which every search looks where places are wider, as multiples of those of the mesh.
+const AREAS: [usize; 2] = [2, 4];
 /// Between the name of an element and the number of elements of a patch about it; of a support, of one of its nodes and the number of nodes about that.
 pub(super) const ABOUT: char = '~';
 
@@ -32,16 +35,46 @@ impl Structure<'_> {
         let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
         let mut parts = Vec::new();
         for name in &self.context.further {
-            let Some(elements) = self.patch_about(name) else { continue };
+            let Some(elements) = self.named_between(name) else { continue };
             let image = self.image_of_patch(name, &elements);
             for (name, elements) in std::iter::once((name.clone(), elements)).chain(image) {
-                if known.insert(elements.clone()) {
-                    let of = elements.iter().map(|&e| self.model.elements()[e].name.clone()).collect();
-                    parts.push(Part { name, kind: PartKind::Group, of, elements, partner: None, is_member: false });
+                if known.insert(sorted(&elements)) {
+                    parts.push(self.part_of_elements(name, elements));
                 }
             }
         }
         parts
+    }
+
+    /// About the middle of every patch of the mesh, patches of some times its size: what is wrong may reach over several, and none of them alone
+    /// shows it.
+    pub(super) fn list_areas(&self) -> Vec<Part> {
+        let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
+        let mut areas = Vec::new();
+        for patch in self.model.patches() {
+            let elements = self.model.element_set(patch).unwrap_or_default();
+            let Some(middle) = self.middle_of(elements).map(|(e, _)| self.model.elements()[e].name.as_str()) else {
+                continue;
+            };
+            for size in AREAS {
+                let name = format!("{middle}{ABOUT}{}", size * elements.len());
+                let Some(elements) = self.patch_about(&name).filter(|e| known.insert(e.clone())) else { continue };
+                areas.push(self.part_of_elements(name, elements));
+            }
+        }
+        areas
+    }
+
+    /// The element in the middle of some, and how far the others reach from the middle of all.
+    fn middle_of(&self, elements: &[usize]) -> Option<(usize, f64)> {
+        let share = 1.0 / elements.len() as f64;
+        let middle = elements.iter().fold([0.0; 3], |sum, &e| plus(sum, share, self.centre(e)));
+        let off = |e: usize| {
+            let d = minus(self.centre(e), middle);
+            dot(d, d).sqrt()
+        };
+        let central = elements.iter().copied().min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
+        Some((central, elements.iter().map(|&e| off(e)).fold(0.0, f64::max)))
     }
 
     /// The elements of `e81~12`, the twelve of a part of the mesh that are nearest to one of it along elements that touch, in file order; `None`
@@ -57,6 +90,19 @@ impl Structure<'_> {
         (elements.len() == number).then_some(elements)
     }
 
+    /// The elements of a place between those that every search tries, by its name: a patch, a region, or a run of beams.
+    pub(super) fn named_between(&self, name: &str) -> Option<Vec<usize>> {
+        self.patch_about(name).or_else(|| self.region(name)).or_else(|| self.run_between(name))
+    }
+
+    fn part_of_elements(&self, name: String, elements: Vec<usize>) -> Part {
+        let is_of_mesh = elements.first().is_some_and(|&e| self.mesh_part_of(e).is_some());
+        let kind = if is_of_mesh { PartKind::Group } else { PartKind::Span };
+        let mut of: Vec<String> = elements.iter().map(|&e| self.element_of_file(e).to_string()).collect();
+        of.dedup();
+        Part { name, kind, of, elements, partner: None, is_member: false }
+    }
+
     /// The name and the elements of the mirror image of a patch about an element, where that is another.
     fn image_of_patch(&self, name: &str, elements: &[usize]) -> Option<(String, Vec<usize>)> {
         let (element, number) = name.rsplit_once(ABOUT)?;
@@ -67,17 +113,19 @@ impl Structure<'_> {
         (its_name != name && its_elements == sorted(&image?)).then_some((its_name, its_elements))
     }
 
-    /// Names of places about one of a mesh that no search has tried yet: nodes about a node, patches of several sizes about a patch. None about
-    /// other places, and none where nothing lies between them any more.
+    /// Names of places about one of a mesh, or of a long line of beams, that no search has tried yet: nodes about a node, patches of several sizes
+    /// about a patch, runs of several lengths about some beams. None about other places, and none where nothing lies between them any more.
     ///
     /// * `round` - how often it has been looked about before: each time a third as far
     pub fn finer(&self, at: &Location, round: u32) -> Vec<String> {
         let Some(name) = at.names.first() else { return Vec::new() };
         let mut found = match at.kind {
             LocationKind::Node => self.model.geometry().node(name).map(|n| self.nodes_about(n, round)),
-            LocationKind::Group | LocationKind::Element => {
+            LocationKind::Group | LocationKind::Element | LocationKind::Chain => {
                 let (sizes, reach) = (sizes_in(round), 1.5 / 3_f64.powi(round as i32));
-                self.stretches_about(name, sizes, reach, MIDDLES).or_else(|| self.patches_about_one(name, round))
+                let of_surface = self.stretches_about(name, sizes, reach, MIDDLES);
+                let of_mesh = of_surface.or_else(|| self.patches_about_one(name, round));
+                of_mesh.or_else(|| Some(self.runs_about(name, sizes)))
             }
             _ => None,
         }
@@ -107,11 +155,17 @@ impl Structure<'_> {
             let tried = self.stretches_of(support).len();
             return share(of_any_size(self.nodes_of_support(support).len()), tried);
         }
-        let Some(part) = self.elements_of(name).first().and_then(|&e| self.mesh_part_of(e)) else { return 0.0 };
+        if let Some(run) = self.run_between(name) {
+            return self.ln_of_runs(&run, of_any_size);
+        }
+        let elements = self.elements_of(name);
+        let Some(part) = elements.first().and_then(|&e| self.mesh_part_of(e)) else { return 0.0 };
+        // Each element along the edge of a region is in it or not.
+        let of_shape = self.region(name).map_or(0.0, |own| self.edge_of(&own).len() as f64 * LN_2);
         let part = &self.model.mesh_parts()[part];
         let all = self.model.element_set(part).map_or(0, <[usize]>::len);
         let patches = self.model.patches().iter().filter(|p| p.starts_with(&format!("{part}.p")));
-        share(of_any_size(all), patches.count())
+        share(of_any_size(all), patches.count()) + of_shape
     }
 
     /// Nodes of the mesh about one of it, those in the middle of edges among them, no further away than half as far again as the next at which
@@ -141,19 +195,12 @@ impl Structure<'_> {
     /// Patches about a patch of the mesh: about elements in and around it, of several sizes.
     fn patches_about_one(&self, name: &str, round: u32) -> Option<Vec<String>> {
         let elements = self.elements_of(name);
-        let is_patch = self.model.patches().iter().any(|p| p == name) || self.patch_about(name).is_some();
+        let is_between = || self.patch_about(name).or_else(|| self.region(name)).is_some();
+        let is_patch = self.model.patches().iter().any(|p| p == name) || is_between();
         let first = *elements.first()?;
         let part = self.mesh_part_of(first).filter(|_| is_patch)?;
-        let positions: Vec<Vector> = elements.iter().map(|&e| self.centre(e)).collect();
-        let share = 1.0 / elements.len() as f64;
-        let middle = positions.iter().fold([0.0; 3], |sum, p| plus(sum, share, *p));
-        let off = |e: usize| {
-            let d = minus(self.centre(e), middle);
-            dot(d, d).sqrt()
-        };
-        let central = elements.iter().copied().min_by(|&a, &b| off(a).total_cmp(&off(b)))?;
+        let (central, far) = self.middle_of(&elements)?;
         // Half as far again as the patch reaches, then a third of that.
-        let far = elements.iter().map(|&e| off(e)).fold(0.0, f64::max);
         let reach = 1.5 * far / 3_f64.powi(round as i32);
         let around: Vec<usize> =
             self.outwards_from(central, part).take_while(|(_, distance)| *distance <= reach).map(|(e, _)| e).collect();
@@ -180,7 +227,7 @@ impl Structure<'_> {
     }
 
     /// The part of the mesh to which an element belongs, as a place in their list.
-    fn mesh_part_of(&self, element: usize) -> Option<usize> {
+    pub(super) fn mesh_part_of(&self, element: usize) -> Option<usize> {
         let find = || {
             let mut part_of = vec![None; self.model.elements().len()];
             for (k, name) in self.model.mesh_parts().iter().enumerate() {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Cosine of the largest angle at which members still make one line, 30 degrees: an axial force keeps 87 % of itself there.
 const STRAIGHT: f64 = 0.866;
 /// Elements of a span, at most, but for halves and quarters.
-const LONGEST_SPAN: usize = 4;
+pub(super) const LONGEST_SPAN: usize = 4;
 /// Into how many pieces a longer line is cut: what a person builds, stiffens or spoils is half of a wing as often as four of its ribs.
 const PIECES: [usize; 2] = [2, 4];
 
@@ -50,11 +50,8 @@ impl Structure<'_> {
             is_member: false,
         };
         let mut spans: Vec<Part> = Vec::new();
-        // A chain of the file goes on where something thin branches off.
-        let chains = self.parts.iter().filter(|p| p.kind == PartKind::Chain && p.is_member).map(|p| p.elements.clone());
-        for line in self.lines_of_beams().into_iter().chain(chains) {
-            let elements: Vec<&[usize]> =
-                line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).collect();
+        for line in self.lines_of_elements() {
+            let elements: Vec<&[usize]> = line.iter().map(Vec::as_slice).collect();
             for run in runs_of(&elements, 2) {
                 let of: Vec<String> = run.iter().map(|e| self.element_of_file(e[0]).to_string()).collect();
                 spans.push(span(format!("{}..{}", of[0], of[of.len() - 1]), of, run));
@@ -69,6 +66,28 @@ impl Structure<'_> {
         let mut known: BTreeSet<Vec<usize>> = self.parts.iter().map(|p| sorted(&p.elements)).collect();
         spans.retain(|span| known.insert(sorted(&span.elements)));
         spans
+    }
+
+    /// Elements of the file on every line of beams, and on every chain: a chain goes on where something thin branches off.
+    fn lines_of_elements(&self) -> Vec<Vec<Vec<usize>>> {
+        let chains = self.parts.iter().filter(|p| p.kind == PartKind::Chain && p.is_member).map(|p| p.elements.clone());
+        let by_element = |line: Vec<usize>| {
+            line.chunk_by(|&a, &b| self.element_of_file(a) == self.element_of_file(b)).map(<[usize]>::to_vec).collect()
+        };
+        self.lines_of_beams().into_iter().chain(chains).map(by_element).collect()
+    }
+
+    /// Those with more elements than a span of every search.
+    pub(super) fn long_lines(&self) -> &[Vec<Vec<usize>>] {
+        self.long_lines.get_or_find(|| {
+            let all = self.lines_of_elements();
+            all.into_iter().filter(|line| line.len() > LONGEST_SPAN).collect()
+        })
+    }
+
+    /// Whether a line has more elements than a span of every search.
+    pub fn has_long_lines(&self) -> bool {
+        !self.long_lines().is_empty()
     }
 
     /// Beams that lie end to end, in order, from one branch, support or free end to the next.

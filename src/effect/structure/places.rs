@@ -28,12 +28,18 @@ impl Structure<'_> {
     pub(in crate::effect) fn nodes_along(&self, dofs: &[Dof], acts: impl Fn(usize, Dof) -> bool) -> Vec<Location> {
         let axes = |n: usize| -> Vec<Dof> { dofs.iter().copied().filter(|&dof| acts(n, dof)).collect() };
         let along = |&dof: &Dof| self.nodes(|n| acts(n, dof)).into_iter().map(move |at| at.along(dof.name()));
-        let mut places: Vec<Location> = dofs.iter().flat_map(along).collect();
-        if self.is_wider {
-            let all = self.these_nodes(&self.sites(), |n| axes(n).len() > 1, |a, b| axes(a) == axes(b));
-            places.extend(all.into_iter().map(|at| at.along(ALL_AXES)));
+        dofs.iter().flat_map(along).chain(self.nodes_along_all(axes)).collect()
+    }
+
+    /// Where places are wider, nodes of the file with several axes, in all of them at once.
+    ///
+    /// * `axes` - those of a node
+    pub(in crate::effect) fn nodes_along_all<A: PartialEq>(&self, axes: impl Fn(usize) -> Vec<A>) -> Vec<Location> {
+        if !self.is_wider {
+            return Vec::new();
         }
-        places
+        let all = self.these_nodes(&self.sites(), |n| axes(n).len() > 1, |a, b| axes(a) == axes(b));
+        all.into_iter().map(|at| at.along(ALL_AXES)).collect()
     }
 
     /// The directions of a location of [`Self::nodes_along`].

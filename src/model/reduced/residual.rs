@@ -128,22 +128,39 @@ impl Residual {
         let values = symmetric_values(&(&system.stiffness + &system.mass * self.shift))?;
         let alpha = values.min().max(f64::MIN_POSITIVE);
         let elastic: Vec<usize> = modes.elastic().collect();
+        let [stiffness, both, mass] = self.at(factors);
         let mut out = Vec::with_capacity(n_modes);
-        let mut w = vec![0.0; self.gram.nrows()];
         for &mode in elastic.iter().take(n_modes) {
             let (lambda, y) = (modes.lambda[mode], modes.shapes.column(mode));
-            for force in &self.forces {
-                let factor = factors[force.term] * if force.is_mass { -lambda } else { 1.0 };
-                for (&column, y) in force.columns.iter().zip(y.iter()) {
-                    w[column] = factor * y;
-                }
-            }
-            let squared: f64 =
-                (0..w.len()).map(|j| w[j] * self.gram.column(j).iter().zip(&w).map(|(g, w)| g * w).sum::<f64>()).sum();
+            let squared =
+                y.dot(&(&stiffness * y)) - 2.0 * lambda * y.dot(&(&both * y)) + lambda * lambda * y.dot(&(&mass * y));
             let above = elastic.iter().map(|&k| modes.lambda[k]).find(|l| *l > APART * lambda);
             let gap = above.map_or(1.0, |above| (above + self.shift) / (above - lambda));
             out.push(0.5 * squared.max(0.0) / alpha * gap / lambda);
         }
         Ok(out)
+    }
+
+    /// Vᵀ K X⁻¹ K V, Vᵀ K X⁻¹ M V and Vᵀ M X⁻¹ M V at these factors of the terms: one pass over the Gram matrix, whatever the number of modes.
+    fn at(&self, factors: &[f64]) -> [DMatrix<f64>; 3] {
+        let n = self.forces.first().map_or(0, |f| f.columns.len());
+        let mut out = [(); 3].map(|()| DMatrix::zeros(n, n));
+        for right in &self.forces {
+            for left in &self.forces {
+                let product = factors[left.term] * factors[right.term];
+                // Vᵀ M X⁻¹ K V is the transpose of the second.
+                if product == 0.0 || left.is_mass && !right.is_mass {
+                    continue;
+                }
+                let sum = &mut out[usize::from(left.is_mass) + usize::from(right.is_mass)];
+                for (mut sum, &column) in sum.column_iter_mut().zip(&right.columns) {
+                    let gram = self.gram.column(column);
+                    for (sum, &row) in sum.iter_mut().zip(&left.columns) {
+                        *sum += product * gram[row];
+                    }
+                }
+            }
+        }
+        out
     }
 }

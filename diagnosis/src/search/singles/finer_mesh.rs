@@ -1,12 +1,12 @@
-//! The best effects at places of a mesh between those that every search tries.
+//! The best effects at places between those that every search tries, of a mesh or of a long line of beams.
 
-use super::step::{Step, is_worth_more};
+use super::step::{Step, is_unexplained, is_worth_more};
 use crate::error::DiagnosisError;
 use crate::search::board::Board;
 use crate::search::hypothesis::{Refit, Tried};
 use crate::search::short_fit::the_best_of;
 use crate::thresholds::STRONG;
-use retune::effect::Candidate;
+use retune::effect::{Candidate, Structure};
 use retune::linalg::DVector;
 use retune::model::PlacedElement;
 use std::collections::BTreeMap;
@@ -16,14 +16,19 @@ const SHARE: f64 = 0.5;
 /// How often places are looked at nearer by: a ninth as far as at first is a few elements.
 const NEAREST: u32 = 2;
 
-pub(super) const STEP: Step = Step { name: "between the places of a mesh", when: has_a_mesh, take };
+pub(super) const STEP: Step = Step { name: "between the places", when: has_places_between, take };
 
-fn has_a_mesh(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+pub(super) fn has_a_mesh(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     let mut models = board.stage.scene.cases.iter().map(|case| &case.model);
     Ok(models.any(|m| m.elements().iter().any(PlacedElement::is_of_mesh)) && is_worth_more(board)?)
 }
 
-/// Looks about the best few effects at places of a mesh, nearer with every round; of each until a near look finds nothing better.
+fn has_places_between(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    let has_long_lines = || board.stage.structures().iter().any(Structure::has_long_lines);
+    Ok(has_a_mesh(board)? || is_unexplained(board)? && has_long_lines())
+}
+
+/// Looks about the best few effects, nearer with every round; of each until a near look finds nothing better.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     let structures = stage.structures();
@@ -64,7 +69,7 @@ fn best_of(board: &Board<'_>, effect: &str) -> f64 {
 }
 
 /// The best place of each of the best few effects that have one, where it explains much, and where it has brought the base.
-fn of_each_kind(board: &Board<'_>) -> Vec<(Candidate, DVector<f64>)> {
+pub(super) fn of_each_kind(board: &Board<'_>) -> Vec<(Candidate, DVector<f64>)> {
     let least = board.best().map_or(STRONG, |r| STRONG.max(SHARE * r.ln_bayes));
     let mut ranked: Vec<_> = board.found.hypotheses.iter().filter(|r| r.ln_bayes > least).collect();
     ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));

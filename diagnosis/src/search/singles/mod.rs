@@ -8,6 +8,7 @@ mod every_other;
 mod every_part;
 mod extended;
 mod finer_mesh;
+mod grown;
 mod like_the_best;
 mod limits;
 mod looked;
@@ -40,6 +41,7 @@ const SEARCH: &[Step] = &[
     like_the_best::STEP,
     beyond_the_place::STEP,
     finer_mesh::STEP,
+    grown::STEP,
     about_all_axes::STEP,
     limits::STEP,
     other_basins::STEP,
