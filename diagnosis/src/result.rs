@@ -117,6 +117,9 @@ pub struct Together {
     pub ln_bayes: f64,
     /// Σ ((model - test)/σ)² with all of them.
     pub misfit_after: Option<f64>,
+    /// Where none are named, because they leave more than noise: the ids of the two that explain most.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub best: Vec<String>,
 }
 
 /// The result of a diagnosis; the fields of `--json`.

@@ -1,6 +1,7 @@
 //! Places on a structure, by the names of the user's own file.
 
 use crate::element::Dof;
+use crate::model::AXES;
 use std::fmt;
 
 /// What kind of thing a location names.
@@ -65,7 +66,7 @@ impl Location {
     pub fn has_more_axes_than(&self, other: &Self) -> bool {
         let has_its_axis = match self.direction() {
             BENDING => matches!(other.direction(), "ry" | "rz"),
-            ALL_AXES => Dof::from_name(other.direction()).is_some(),
+            ALL_AXES => Dof::from_name(other.direction()).is_some() || AXES.contains(&other.direction()),
             _ => false,
         };
         has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)

@@ -75,7 +75,7 @@ pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, c
 pub use edit::{Edit, NewParameter, PatchError};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::Patch;
-pub use structure::{Context, Neighbourhood, Part, PartKind, Rigidity, SensorLoad, Structure};
+pub use structure::{Context, LN_OF_A_SIDE, Neighbourhood, Part, PartKind, Rigidity, SensorLoad, Structure};
 pub use text::{Undone, move_files, set_parameter_values, undo};
 
 use crate::catalogue::{catalogue, did_you_mean};

@@ -27,7 +27,7 @@ use crate::once::Once;
 use bodies::Bodies;
 pub(in crate::effect) use joint_ends::JointEnd;
 use mirror::{Mirror, element_partners};
-pub use regions::Neighbourhood;
+pub use regions::{LN_OF_A_SIDE, Neighbourhood};
 pub use rigidity::Rigidity;
 use std::collections::{HashMap, HashSet};
 

@@ -17,7 +17,7 @@
 use super::next_measurement::next_measurements;
 use super::posterior::Probabilities;
 use super::warnings::warnings;
-use super::words::{of_noise_or_model, of_one, of_several, of_two};
+use super::words::{of_nearly, of_noise_or_model, of_one, of_several, of_two};
 use crate::error::DiagnosisError;
 use crate::problem::evidence::{degrees_of_freedom, goodness_of_fit, held_out_in_all, ln_mean, something_else};
 use crate::problem::fit::project;
@@ -93,22 +93,23 @@ fn conclude_once(
     let of_the_tied: f64 = (0..refits.len()).filter(|&i| is_tied(&refits[i])).map(|i| p.each(i)).sum();
     let strong = best_bayes > STRONG && p.none() < of_the_tied.max(p.other());
     let shape = worst_shape(&base.fit, base.weight, settings.seed.wrapping_add(3));
-    let Answer { verdict, mut chosen, remainder, spread, pair, chain } = if looks_like_noise && !(alarm && strong) {
-        let is_poor = shape.as_ref().is_some_and(|s| s.p_value < EACH_REMAINDER);
-        if is_poor {
-            p.deny(1.0 / DRAWS as f64);
-        }
-        let is_believed = !is_poor && base.noise_factor() <= MOST_NOISE;
-        let verdict = if is_believed { Verdict::Adequate } else { Verdict::NoiseOrModel };
-        Answer { verdict, ..Answer::default() }
-    } else if !alarm || !strong {
-        p.deny(if base.fit.unpaired.is_empty() { (2.0 * fits.min(white)).min(1.0) } else { 0.0 });
-        Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
-    } else {
-        let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
-        let else_ln = odds.of_something_else() + other;
-        name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
-    };
+    let Answer { verdict, mut chosen, remainder, spread, pair, chain, best_two } =
+        if looks_like_noise && !(alarm && strong) {
+            let is_poor = shape.as_ref().is_some_and(|s| s.p_value < EACH_REMAINDER);
+            if is_poor {
+                p.deny(1.0 / DRAWS as f64);
+            }
+            let is_believed = !is_poor && base.noise_factor() <= MOST_NOISE;
+            let verdict = if is_believed { Verdict::Adequate } else { Verdict::NoiseOrModel };
+            Answer { verdict, ..Answer::default() }
+        } else if !alarm || !strong {
+            p.deny(if base.fit.unpaired.is_empty() { (2.0 * fits.min(white)).min(1.0) } else { 0.0 });
+            Answer { remainder: place_of(&base.scene, &base.fit, &base.q), ..Answer::default() }
+        } else {
+            let tied: Vec<usize> = (0..refits.len()).filter(|&i| is_tied(&refits[i])).collect();
+            let else_ln = odds.of_something_else() + other;
+            name(base, refits, &tied, &Else { odds: &odds, ln: else_ln, spreads, held_before }, &mut p, settings)?
+        };
     let first = pair.as_ref().map(|pair| &pair.first).or(chain.as_ref().map(Chain::first));
     if let Some(first) = first {
         let id = first.id(&base.scene);
@@ -137,7 +138,7 @@ fn conclude_once(
         (None, Some(_)) => first_of_several(&p, alone),
         (None, None) => alone,
     };
-    let together = together_of(base, &p, &odds, pair.as_ref(), chain.as_ref());
+    let together = together_of(base, &p, &odds, (pair.as_ref(), chain.as_ref()), best_two.as_ref());
     let next = if alarm && strong && !verdict.is_about_noise() {
         next_measurements(base, refits, best_bayes - STRONG)?
     } else {
@@ -161,6 +162,9 @@ fn conclude_once(
         (Some(pair), ..) => of_two(pair, &hypotheses),
         (None, Some(chain), _) => of_several(chain, &hypotheses),
         (None, None, Verdict::NoiseOrModel) => of_noise_or_model(base, shape.as_ref()),
+        (None, None, Verdict::Unexplained) if spread.is_none() && p.several() > 0.5 => {
+            of_nearly(base, together.as_ref())
+        }
         (None, None, _) if spread.is_some() => format!("no single effect explains the test; {remainder}"),
         (None, None, _) => of_one(verdict, hypotheses.first(), leads, base, &remainder),
     };
@@ -230,6 +234,8 @@ struct Answer {
     pair: Option<Pair>,
     /// All, if more than two are named.
     chain: Option<Chain>,
+    /// The two that explain most where none are named, and what they leave.
+    best_two: Option<([String; 2], f64)>,
 }
 
 impl Default for Answer {
@@ -241,6 +247,7 @@ impl Default for Answer {
             spread: None,
             pair: None,
             chain: None,
+            best_two: None,
         }
     }
 }
@@ -294,8 +301,8 @@ fn together_of(
     base: &Stage,
     p: &Probabilities,
     odds: &Odds<'_>,
-    pair: Option<&Pair>,
-    chain: Option<&Chain>,
+    (pair, chain): (Option<&Pair>, Option<&Chain>),
+    best_two: Option<&([String; 2], f64)>,
 ) -> Option<Together> {
     if p.ln_several() == f64::NEG_INFINITY {
         return None;
@@ -312,7 +319,8 @@ fn together_of(
         probability: p.several(),
         ln_odds,
         ln_bayes: p.ln_several() - ln_odds,
-        misfit_after: members.last().map(|r| r.misfit),
+        misfit_after: members.last().map(|r| r.misfit).or(best_two.map(|(_, misfit)| *misfit)),
+        best: best_two.map_or_else(Vec::new, |(ids, _)| ids.to_vec()),
     })
 }
 
@@ -377,7 +385,7 @@ fn name(
     }
     let (Some((chosen, found)), Some(on_first)) = (failed.first(), on_first) else { return Ok(Answer::default()) };
     let (chosen, odds) = (*chosen, otherwise.odds);
-    let more = refit(&on_first, true)?.hypotheses;
+    let more = beside(&on_first, &refits[chosen])?;
     // An alarm of slopes that no fit confirms is one of their nonlinearity.
     if may_be_named && found.looks_like_noise && more.iter().all(|r| r.ln_bayes <= STRONG) {
         let answer = named(chosen, &refits[chosen]);
@@ -392,6 +400,7 @@ fn name(
     let (first, on_first, more) =
         together(base, &bases, odds, ln_known, settings)?.unwrap_or((refits[chosen].clone(), on_first, more));
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
+    let mut best_two = best.map(|r| ([first.id(&base.scene), r.id(&base.scene)], r.misfit));
     if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {
         // Two of some hundreds imitate much: they have to be more probable than something else, and than one that may stand alone, and
         // what they leave has to pass the same tests as what one leaves.
@@ -408,6 +417,9 @@ fn name(
             let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
             let remainder = format!("beside {}: {}", ids[0], ids[1]);
             return Ok(Answer { verdict: Verdict::SeveralEffects, remainder, pair: Some(two), ..Answer::default() });
+        }
+        if let Some((a, b)) = two.as_ref().and_then(|two| Some((&two.first, two.seconds.first()?))) {
+            best_two = Some(([a.id(&base.scene), b.id(&base.scene)], b.misfit));
         }
         if doubted.is_none() {
             p.with_several(ln_two);
@@ -432,7 +444,22 @@ fn name(
     let spread = otherwise.spread(&refits[chosen]);
     let place = if found.passes { place_of(&base.scene, &base.fit, &base.q) } else { found.text.clone() };
     let remainder = spread.map_or_else(|| place.clone(), |spread| format!("{spread}; {place}"));
-    Ok(Answer { chosen, remainder, spread: spread.cloned(), ..Answer::default() })
+    Ok(Answer { chosen, remainder, spread: spread.cloned(), best_two, ..Answer::default() })
+}
+
+/// What is wrong beside a hypothesis. A fault of the measurement is no image of what else is wrong: where the screening does not tell that, the search
+/// begins anew.
+fn beside(on_first: &Stage, first: &Refit) -> Result<Vec<Refit>, DiagnosisError> {
+    let more = refit(on_first, true)?.hypotheses;
+    if matches!(first.tried, Tried::Effect(_)) {
+        return Ok(more);
+    }
+    for r in more.iter().filter(|r| r.ln_bayes > STRONG) {
+        if r.leaves_noise()? {
+            return Ok(more);
+        }
+    }
+    Ok(refit(on_first, false)?.hypotheses)
 }
 
 /// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.

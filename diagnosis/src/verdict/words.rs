@@ -1,6 +1,6 @@
 //! The answer of a diagnosis in a sentence.
 
-use crate::result::{HypothesisResult, Kind, Verdict};
+use crate::result::{HypothesisResult, Kind, Together, Verdict};
 use crate::screen::noise::WorstShape;
 use crate::screen::stage::Stage;
 use crate::search::pairs::Pair;
@@ -129,6 +129,20 @@ pub(crate) fn of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
     };
     let ties = [first, second].map(|h| tie(&h.id, &h.tied_with)).concat();
     format!("{both}; neither suffices alone{ties}")
+}
+
+/// Where several things of the catalogue are more probable than all else, and no few of them leave noise.
+pub(crate) fn of_nearly(base: &Stage, together: Option<&Together>) -> String {
+    let several = "several things are wrong at once";
+    match together.and_then(|t| Some((t.best.as_slice(), t.misfit_after?))) {
+        Some(([first, second], left)) => format!(
+            "{several}: {first} and {second} explain most of the test: they take the misfit from {} to {}, but what they leave is more than noise; \
+             put right what is certain and diagnose again",
+            number(base.fit.misfit),
+            number(left)
+        ),
+        _ => format!("{several}, and none of those that were tried explain the test"),
+    }
 }
 
 /// Where more than two are wrong.

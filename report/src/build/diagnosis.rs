@@ -88,9 +88,12 @@ pub fn diagnosis(found: &retune_diagnosis::Diagnosis, model: &Model, test: &Test
     let remainder_place = found.spread.is_some().then(|| other.place.clone());
     hypotheses.push(other);
     if let Some(all) = &found.together {
-        let (kind, summary) = match all.ids.as_slice() {
-            [] => ("several of the catalogue together".to_string(), "Two or more of these hypotheses at once."),
-            ids => (format!("{} together", ids.join(" + ")), "All of these, at once."),
+        let (kind, summary) = match (all.ids.as_slice(), all.best.as_slice()) {
+            ([], []) => ("several of the catalogue together".to_string(), "Two or more of these hypotheses at once."),
+            ([], best) => {
+                (format!("several together, best {}", best.join(" + ")), "Two or more of these hypotheses at once.")
+            }
+            (ids, _) => (format!("{} together", ids.join(" + ")), "All of these, at once."),
         };
         let mut together = rest(Category::Other, "together", &kind, summary, all.probability);
         together.log_bayes_factor = Some(all.ln_bayes);

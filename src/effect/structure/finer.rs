@@ -4,11 +4,11 @@
 //! stands. About the best of these places the others are looked at, nearer with every round.
 
 use super::listing::sorted;
+use super::regions::LN_OF_A_SIDE;
 use super::{Part, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::model::{Outwards, Vector, dot, minus, plus, spread};
 use std::collections::BTreeSet;
-use std::f64::consts::LN_2;
 
 /// Nodes about a node that are tried in a round.
 const NODES: usize = 60;
@@ -18,8 +18,8 @@ const MIDDLES: usize = 12;
 const SIZES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// The same in the rounds after it.
 const NEARER_SIZES: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.6];
-/// Sizes of the patches at which every search looks where places are wider, as multiples of those of the mesh.
-const AREAS: [usize; 2] = [2, 4];
+/// Size of the patches at which every search looks where places are wider, as a multiple of those of the mesh.
+const AREA: usize = 3;
 /// Between the name of an element and the number of elements of a patch about it; of a support, of one of its nodes and the number of nodes about that.
 pub(super) const ABOUT: char = '~';
 
@@ -56,9 +56,8 @@ impl Structure<'_> {
             let Some(middle) = self.middle_of(elements).map(|(e, _)| self.model.elements()[e].name.as_str()) else {
                 continue;
             };
-            for size in AREAS {
-                let name = format!("{middle}{ABOUT}{}", size * elements.len());
-                let Some(elements) = self.patch_about(&name).filter(|e| known.insert(e.clone())) else { continue };
+            let name = format!("{middle}{ABOUT}{}", AREA * elements.len());
+            if let Some(elements) = self.patch_about(&name).filter(|e| known.insert(e.clone())) {
                 areas.push(self.part_of_elements(name, elements));
             }
         }
@@ -160,8 +159,7 @@ impl Structure<'_> {
         }
         let elements = self.elements_of(name);
         let Some(part) = elements.first().and_then(|&e| self.mesh_part_of(e)) else { return 0.0 };
-        // Each element along the edge of a region is in it or not.
-        let of_shape = self.region(name).map_or(0.0, |own| self.edge_of(&own).len() as f64 * LN_2);
+        let of_shape = self.region(name).map_or(0.0, |own| self.sides_of(&own) as f64 * LN_OF_A_SIDE);
         let part = &self.model.mesh_parts()[part];
         let all = self.model.element_set(part).map_or(0, <[usize]>::len);
         let patches = self.model.patches().iter().filter(|p| p.starts_with(&format!("{part}.p")));

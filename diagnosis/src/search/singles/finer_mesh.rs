@@ -18,14 +18,14 @@ const NEAREST: u32 = 2;
 
 pub(super) const STEP: Step = Step { name: "between the places", when: has_places_between, take };
 
-pub(super) fn has_a_mesh(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+pub(super) fn has_a_mesh(board: &Board<'_>) -> bool {
     let mut models = board.stage.scene.cases.iter().map(|case| &case.model);
-    Ok(models.any(|m| m.elements().iter().any(PlacedElement::is_of_mesh)) && is_worth_more(board)?)
+    models.any(|m| m.elements().iter().any(PlacedElement::is_of_mesh))
 }
 
 fn has_places_between(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     let has_long_lines = || board.stage.structures().iter().any(Structure::has_long_lines);
-    Ok(has_a_mesh(board)? || is_unexplained(board)? && has_long_lines())
+    Ok(is_worth_more(board)? && has_a_mesh(board) || is_unexplained(board)? && has_long_lines())
 }
 
 /// Looks about the best few effects, nearer with every round; of each until a near look finds nothing better.
@@ -35,7 +35,7 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let mut levels: BTreeMap<&str, Option<u32>> = BTreeMap::new();
     for _ in 0..stage.effort().finer_rounds {
         let mut has_looked = false;
-        for (centre, base) in of_each_kind(board) {
+        for (centre, base) in of_each_kind(board, stage.effort().finer_kinds) {
             let effect = centre.effect.name();
             let level = levels.entry(effect).or_insert(Some(0));
             let Some(now) = *level else { continue };
@@ -69,7 +69,7 @@ fn best_of(board: &Board<'_>, effect: &str) -> f64 {
 }
 
 /// The best place of each of the best few effects that have one, where it explains much, and where it has brought the base.
-pub(super) fn of_each_kind(board: &Board<'_>) -> Vec<(Candidate, DVector<f64>)> {
+pub(super) fn of_each_kind(board: &Board<'_>, most: usize) -> Vec<(Candidate, DVector<f64>)> {
     let least = board.best().map_or(STRONG, |r| STRONG.max(SHARE * r.ln_bayes));
     let mut ranked: Vec<_> = board.found.hypotheses.iter().filter(|r| r.ln_bayes > least).collect();
     ranked.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
@@ -81,7 +81,7 @@ pub(super) fn of_each_kind(board: &Board<'_>) -> Vec<(Candidate, DVector<f64>)> 
             continue;
         }
         let is_known = best.iter().any(|(k, _)| k.effect.name() == c.effect.name());
-        if best.len() < board.stage.effort().finer_kinds && !is_known {
+        if best.len() < most && !is_known {
             best.push((c.clone(), board.base_of(r)));
         }
     }

@@ -7,11 +7,16 @@
 //! Δr' = δ G_e'      outside,        Δr' = -δ/κ G_e'      inside,        κ = Σ G_e · dr/dδ / |dr/dδ|²  over those inside
 //! ```
 //!
-//! (κ = 1 + δ where sizes are factors, for there a slope is one of what is left). The elements along the edge that lower |r'|² most are taken one after
-//! the other; the shapes on the way are fitted, and the best of them is where the next look begins.
+//! (κ = 1 + δ where sizes are factors, for there a slope is one of what is left). The elements along the edge that lower
+//!
+//! ```text
+//! |r'|² + 2 s ln μ        s sides along the edge, μ^s shapes with as many
+//! ```
+//!
+//! most are taken one after the other; the shapes on the way are fitted, and the best of them is where the next look begins.
 
 use super::finer_mesh::{has_a_mesh, of_each_kind};
-use super::step::Step;
+use super::step::{Step, is_worth_more};
 use crate::error::DiagnosisError;
 use crate::problem::fit::project;
 use crate::screen::effects::is_small;
@@ -19,19 +24,25 @@ use crate::screen::stage::Stage;
 use crate::search::board::Board;
 use crate::search::hypothesis::{Refit, Tried};
 use crate::search::run::{Job, run};
-use retune::effect::{Candidate, Neighbourhood};
+use retune::effect::{Candidate, LN_OF_A_SIDE, Neighbourhood};
 use retune::linalg::{DMatrix, DVector};
 
-/// What an element has to take from |r|² to change sides: two standard deviations, squared.
-const LEAST_GAIN: f64 = 4.0;
 /// Shapes on the way that are fitted, as shares of the elements that would change sides.
 const ON_THE_WAY: [usize; 3] = [1, 2, 4];
 
-pub(super) const STEP: Step = Step { name: "the shape of the best places", when: has_a_mesh, take };
+pub(super) const STEP: Step = Step { name: "the shape of the best places", when: is_worth_growing, take };
+
+/// Beside another hypothesis too, where the best leaves more than noise: there a place that is nearly right calls for a third thing.
+fn is_worth_growing(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    let is_beside = || Ok::<_, DiagnosisError>(board.few && board.is_poor() && !board.leaves_noise()?);
+    Ok(has_a_mesh(board) && (is_worth_more(board)? || is_beside()?))
+}
 
 /// Grows the best place of each of the best few kinds.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
-    for (place, _) in of_each_kind(board) {
+    let effort = board.stage.effort();
+    let kinds = if board.few { effort.of_every_kind } else { effort.finer_kinds };
+    for (place, _) in of_each_kind(board, kinds) {
         let id = place.id();
         let Some(mut best) = board.found.hypotheses.iter().find(|r| r.id(&board.stage.scene) == id).cloned() else {
             continue;
@@ -125,10 +136,14 @@ fn changing_sides(about: &Neighbourhood, changes: &[Option<DVector<f64>>], mut r
         let is_open = |k: usize| !order.contains(&k) && about.touching[k].iter().any(|&other| is_in[other] != is_in[k]);
         let left = is_in.iter().filter(|is_in| **is_in).count();
         let may = |k: usize| is_open(k) && (!is_in[k] || left > 2);
-        let gains =
-            known.iter().enumerate().filter(|(_, k)| may(**k)).map(|(c, &k)| (-2.0 * along[c] - squared[c], c, k));
+        let more_sides = |k: usize| {
+            let others = about.touching[k].iter().filter(|&&other| is_in[other] != is_in[k]).count();
+            about.touching[k].len() as f64 - 2.0 * others as f64
+        };
+        let gain = |c: usize, k: usize| -2.0 * along[c] - squared[c] - 2.0 * LN_OF_A_SIDE * more_sides(k);
+        let gains = known.iter().enumerate().filter(|(_, k)| may(**k)).map(|(c, &k)| (gain(c, k), c, k));
         let Some((gain, column, k)) = gains.max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
-        if gain < LEAST_GAIN {
+        if gain <= 0.0 {
             break;
         }
         residual += columns.column(column);
