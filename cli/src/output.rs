@@ -336,38 +336,52 @@ pub(crate) fn mac_matrix(a: &Assessment, test: &TestData, style: &Style) -> Stri
     matrix(&hz, test, &|i, j| a.mac[(i, j)], &partner, style)
 }
 
-/// The pairs and the MAC of a diagnosis, at its fitted base.
-pub(crate) fn base_pairs(pairs: &BasePairs, test: &TestData, style: &Style) -> String {
+/// The pairs and the MAC of a diagnosis, at its fitted base, and the pairs with what it names.
+pub(crate) fn base_pairs(pairs: &BasePairs, with: Option<&BasePairs>, test: &TestData, style: &Style) -> String {
     if pairs.modes.is_empty() {
         return String::new();
     }
-    let mut table = Table::new([
+    let mut heads = vec![
         ("#", Align::Right),
         ("test Hz", Align::Right),
         ("model Hz", Align::Right),
         ("MAC", Align::Right),
         ("P", Align::Right),
-        ("", Align::Left),
-    ]);
+    ];
+    if with.is_some() {
+        heads.extend([("with it Hz", Align::Right), ("MAC", Align::Right)]);
+    }
+    heads.push(("", Align::Left));
+    let mut table = Table::new(heads);
+    let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |v| format!("{v:.3}"));
+    let hz_of = |pairs: &BasePairs, k: usize| {
+        let partner = pairs.modes.get(k).and_then(|m| m.model_mode);
+        partner.and_then(|a| pairs.model_hz.get(a - 1).copied())
+    };
     for (k, m) in pairs.modes.iter().enumerate() {
-        let number = |v: Option<f64>| v.map_or_else(|| "–".to_string(), |v| format!("{v:.3}"));
-        let hz = m.model_mode.and_then(|a| pairs.model_hz.get(a - 1).copied());
         let state = match m.model_mode {
             None => "no partner",
             Some(_) if m.by_user => "by `pair_with`",
             Some(_) => "",
         };
-        table.row([
+        let mut row: Vec<Cell> = vec![
             (k + 1).to_string().into(),
             format!("{:.3}", m.test_hz).into(),
-            number(hz).into(),
+            number(hz_of(pairs, k)).into(),
             number(m.mac).into(),
             m.probability.map_or_else(|| "–".to_string(), probability).into(),
-            Cell::new(state, Tone::Warning),
-        ]);
+        ];
+        if let Some(with) = with {
+            row.push(number(hz_of(with, k)).into());
+            row.push(number(with.modes.get(k).and_then(|m| m.mac)).into());
+        }
+        row.push(Cell::new(state, Tone::Warning));
+        table.row(row);
     }
     let mut out = String::new();
-    wrapped(&mut out, &format!("pairs of the fitted model with {}; P: that the two are one mode", pairs.test), style);
+    let then = if with.is_some() { "; with it: with what is named" } else { "" };
+    let caption = format!("pairs of the fitted model with {}; P: that the two are one mode{then}", pairs.test);
+    wrapped(&mut out, &caption, style);
     out += &table.render(style);
     for (k, m) in pairs.modes.iter().enumerate() {
         if let Some(reason) = &m.reason {

@@ -12,7 +12,7 @@ use super::damping;
 use super::error::DiagnosisError;
 use super::problem::evidence::degrees_of_freedom;
 use super::problem::scene::Scene;
-use super::result::{BasePair, BasePairs, ForeignMode, Verdict};
+use super::result::{ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
 use super::search::hypothesis::{Refit, Tried};
@@ -20,13 +20,13 @@ use super::search::one_cause::{OneCause, one_cause_of};
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
+use super::verdict::pairs::pairs_of;
 use crate::thresholds::{BY_CHANCE, MISREAD, STRONG};
 use retune::catalogue::did_you_mean;
 use retune::data::{Standing, TestData};
 use retune::effect::{Context, Structure};
 use retune::fault::Tests;
 use retune::linalg::DVector;
-use retune::objective::Comparison;
 use retune::update::slip_of_unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -201,36 +201,10 @@ fn named(mut found: Investigation, settings: &Settings) -> Result<Investigation,
     }
     let comparisons = scene.comparisons()?;
     let theta = &found.base.fit.theta;
-    found.diagnosis.pairs = comparisons.iter().map(|c| base_pairs(c, theta)).collect::<Result<_, _>>()?;
+    found.diagnosis.pairs = comparisons.iter().map(|c| pairs_of(c, theta)).collect::<Result<_, _>>()?;
     drop(comparisons);
     found.diagnosis.foreign_modes = foreign;
     Ok(found)
-}
-
-fn base_pairs(c: &Comparison<'_>, theta: &[f64]) -> Result<BasePairs, DiagnosisError> {
-    let p = c.predict(theta)?;
-    let test = c.test();
-    let mode = |(m, mode): (usize, &retune::data::TestMode)| {
-        let partner = p.partner(m);
-        BasePair {
-            test_hz: mode.frequency_hz.value,
-            model_mode: partner.map(|a| a + 1),
-            mac: partner.filter(|_| mode.shape.is_some()).map(|a| p.mac[(a, m)]),
-            probability: match mode.standing {
-                Standing::Found { probability, .. } => partner.map(|_| probability),
-                _ => None,
-            },
-            by_user: mode.standing.is_named(),
-            reason: mode.standing.reason(),
-        }
-    };
-    let mac = c.mac_of_all(&p);
-    Ok(BasePairs {
-        test: test.name.clone(),
-        model_hz: p.frequencies_hz.clone(),
-        mac: mac.row_iter().map(|r| r.iter().copied().collect()).collect(),
-        modes: test.modes.iter().enumerate().map(mode).collect(),
-    })
 }
 
 /// The whole investigation: units first, then the standing of every mode, then what is missing.

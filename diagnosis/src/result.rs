@@ -183,6 +183,9 @@ pub struct Diagnosis {
     /// The pairs of every test at the fitted base.
     #[serde(default)]
     pub pairs: Vec<BasePairs>,
+    /// The same with all that is named in the model; none where nothing is named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pairs_with: Vec<BasePairs>,
     /// What measured damping ratios say, where the model has no damping.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingReading>,
@@ -213,12 +216,12 @@ pub struct ForeignMode {
     pub reason: String,
 }
 
-/// The pairs of one test at the fitted base.
+/// The pairs of one test at a fit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct BasePairs {
     /// The test.
     pub test: String,
-    /// Frequencies of the modes of the fitted base, Hz.
+    /// Frequencies of the modes of the model, Hz.
     pub model_hz: Vec<f64>,
     /// MAC, a row for each of them, a column for each measured mode.
     pub mac: Vec<Vec<f64>>,
@@ -226,7 +229,7 @@ pub struct BasePairs {
     pub modes: Vec<BasePair>,
 }
 
-/// A measured mode at the fitted base.
+/// A measured mode at a fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BasePair {
     /// Hz.

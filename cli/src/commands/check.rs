@@ -131,7 +131,7 @@ fn describe(model: &Model, mass: Option<&MassProperties>, by_axis: Option<[f64; 
         let tied = if f.n_tied > 0 { format!(", {} of them tied", f.n_tied) } else { String::new() };
         let lines = counted(f.n_lines, "line");
         let many = match f.n_edges {
-            0 => "none are free: a closed skin".to_string(),
+            0 => "no free edges: others join it all around, or its skin is closed".to_string(),
             n => format!("{} in {lines}, {} m{tied}", counted(n, "free edge"), number(f.length)),
         };
         let _ = writeln!(out, "  {head:<8} `{}` {many}", printable(&f.part));

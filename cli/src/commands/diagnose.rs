@@ -46,7 +46,8 @@ pub(crate) fn run(args: &Diagnose) -> Result<u8, Failure> {
     } else {
         let found = diagnosis(&d, &first.model, &together);
         let style = style(&std::io::stdout());
-        let pairs: String = d.pairs.iter().zip(&all).map(|(p, t)| base_pairs(p, &t.test, &style)).collect();
+        let of_each = d.pairs.iter().zip(&all).enumerate();
+        let pairs: String = of_each.map(|(k, (p, t))| base_pairs(p, d.pairs_with.get(k), &t.test, &style)).collect();
         print(
             &(head(&model.spec().name, &all)
                 + "\n"

@@ -15,6 +15,7 @@
 //!   the stated noise or the model is wrong, and the verdict is `noise-or-model`.
 
 use super::next_measurement::next_measurements;
+use super::pairs::pairs_of;
 use super::posterior::Probabilities;
 use super::warnings::warnings;
 use super::words::{of_nearly, of_noise_or_model, of_one, of_several, of_two};
@@ -78,13 +79,17 @@ fn conclude_once(
     // The level is shared with the tests of the remainder, which raise an alarm too.
     let alarm = base.p_value < settings.alarm_level - REMAINDER || !base.fit.unpaired.is_empty();
     let best_bayes = refits.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max);
-    let is_tied = |r: &Refit| r.ln_bayes > best_bayes - STRONG && r.ln_bayes > 0.0;
     let mut ways: Vec<f64> =
         std::iter::once(something_else(&base.residual, dof)).chain(spreads.iter().map(|s| s.spread.ln_bayes)).collect();
     // A random vector at the stated noise makes the same residuals as larger noise does, without its odds.
     ways.extend((base.noise_factor() > 1.0).then(|| -ln_odds_of_noise(base.noise_factor())));
     let held_before = held_out_in_all(&base.fit, base.weight)?;
     let odds = Odds::new(base);
+    // By the data alone, or with the odds.
+    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let best_weight = refits.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
+    let is_tied =
+        |r: &Refit| (r.ln_bayes > best_bayes - STRONG || weight(r) > best_weight - STRONG) && r.ln_bayes > 0.0;
     let other = ln_mean(&ways);
     let mut p = Probabilities::new(&odds, base, refits, other);
     p.sort(refits);
@@ -156,6 +161,10 @@ fn conclude_once(
         (None, Some(chain)) => Some(chain.last()),
         (None, None) => named.first().copied().filter(|r| r.ln_bayes > STRONG),
     };
+    let pairs_with = match best.filter(|_| verdict.names_hypotheses()) {
+        Some(r) => r.scene.comparisons()?.iter().map(|c| pairs_of(c, &r.fit.theta)).collect::<Result<_, _>>()?,
+        None => Vec::new(),
+    };
     let told = warnings(base, &named, best);
     let noise = (base.noise_factor() > MOST_NOISE).then(|| base.noise_factor());
     let mut sentence = match (&pair, &chain, verdict) {
@@ -213,6 +222,7 @@ fn conclude_once(
         damping: None,
         foreign_modes: Vec::new(),
         pairs: Vec::new(),
+        pairs_with,
         remainder,
         warnings: told.all,
         work: WorkDone::default(),

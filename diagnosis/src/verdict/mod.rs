@@ -2,6 +2,7 @@
 
 pub(crate) mod decide;
 pub(crate) mod next_measurement;
+pub(crate) mod pairs;
 pub(crate) mod posterior;
 pub(crate) mod warnings;
 pub(crate) mod words;

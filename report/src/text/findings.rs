@@ -106,7 +106,7 @@ pub fn diagnosis(d: &Diagnosis, [model, test]: [&str; 2], style: &Style) -> Stri
         let title = if is_worth {
             "what would separate the tied ones"
         } else {
-            "nothing that was tried would separate the tied ones; the most in"
+            "no single measurement would separate the tied ones; these come nearest"
         };
         let _ = writeln!(out, "{}", style.paint(Tone::Strong, title));
         let mut table = Table::new([("expected ln B", Align::Right), ("measure", Align::Left)]).wrapping_last();

@@ -369,6 +369,32 @@ fn an_eccentric_mass_couples_displacement_with_rotation() {
     assert!((&point.mass - &without_arm.mass).amax() < 1e-15);
 }
 
+/// An arm in all axes: M gains m |u̇ + θ̇ × e|², so that the masses of a body with its centre of gravity there are the same.
+#[test]
+fn an_eccentric_mass_may_stand_off_in_all_axes() {
+    let free = "nodes: {a: [0, 0, 0], b: [1, 0, 0]}\nsections: {s: {E: 70 GPa, G: 26 GPa, density: 2700 kg/m3, \
+        shape: {rectangle: {width: 20 mm, height: 10 mm}}}}\nbeams: {beam: {nodes: [a, b], section: s}}\nsupports: {clamp: {nodes: [a]}}\n";
+    let text = format!("retune: 1\nname: arm\n{free}");
+    let (_, found, _) = with(&text, "eccentric-mass@b.all_axes", &[0.4, 0.02, -0.05, 0.03]);
+    let (expected, _) =
+        without(&format!("{text}masses: {{m: {{node: b, mass: 0.4 kg, offset: [20 mm, -50 mm, 30 mm]}}}}\n"));
+    assert!((&found.mass - &expected.mass).amax() < 1e-12, "{}", &found.mass - &expected.mass);
+}
+
+/// A body without a quarter of itself, and without all of it.
+#[test]
+fn an_absent_mass_is_a_lighter_one() {
+    let text =
+        beam("uz, ry", CLAMPED, "masses: {tip: {node: n10, mass: 300 g, inertia: {xx: 1e-4, yy: 1e-4, zz: 1e-4}}}\n");
+    let (_, found, _) = with(&text, "absent-mass@tip", &[0.25]);
+    let lighter = "masses: {tip: {node: n10, mass: 225 g, inertia: {xx: 7.5e-5, yy: 7.5e-5, zz: 7.5e-5}}}\n";
+    let (expected, _) = without(&beam("uz, ry", CLAMPED, lighter));
+    assert!((&found.mass - &expected.mass).amax() < 1e-12);
+    let (_, none, _) = with(&text, "absent-mass@tip", &[1.0]);
+    let (bare, _) = without(&beam("uz, ry", CLAMPED, ""));
+    assert!((&none.mass - &bare.mass).amax() < 1e-12);
+}
+
 /// Section of 20 mm x 60 mm on a column along z, or on a girder along x.
 fn stout(direction: &str, more: &str) -> String {
     let at = |i: u32| {

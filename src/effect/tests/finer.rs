@@ -88,6 +88,50 @@ fn patches_have_mirror_images() {
     assert!(Effects::builtin().candidate(&structure, "stiffness-change@e4~2+e6~2").is_ok());
 }
 
+/// A region of any shape is a place by its name, also of one piece alone, which has the name of no cut; what is about it touches it.
+#[test]
+fn a_region_is_a_place() {
+    let model = plate();
+    let structure = Structure::new(&model, Context::nothing());
+    // Ten in a row: three of one row, two of the next, one of the one after it.
+    let elements = [31, 32, 33, 42, 43, 53];
+    let name = structure.region_name(&elements).unwrap();
+    assert_eq!(name, "e32..e34,e43..e44,e54");
+    for elements in [&elements[..], &[31, 32, 33], &[31, 32]] {
+        let id = format!("thickness-change@{}", structure.region_name(elements).unwrap());
+        let found = Effects::builtin().candidate(&structure, &id).unwrap();
+        let of = found.patch.edits.iter().find_map(|e| match e {
+            Edit::AddOverride { entry, .. } => Some(entry.of.clone()),
+            _ => None,
+        });
+        let names: Vec<String> = elements.iter().map(|e| format!("e{}", e + 1)).collect();
+        assert_eq!(of.unwrap(), names, "{id}");
+        assert!(found.build(&model, &Registry::builtin()).is_ok(), "{id}");
+    }
+    let about = structure.neighbourhood(&name).unwrap();
+    assert_eq!(about.inside, elements);
+    // e33 (0-based 32) is beside 22, 31, 33 and 42; 52 is beside 42, 51, 53 and 62.
+    let touched = |e: usize| {
+        let all: Vec<usize> = about.inside.iter().chain(&about.outside).copied().collect();
+        let k = all.iter().position(|&other| other == e).unwrap();
+        let mut touched: Vec<usize> = about.touching[k].iter().map(|&k| all[k]).collect();
+        touched.sort_unstable();
+        touched
+    };
+    assert_eq!(touched(32), [22, 31, 33, 42]);
+    assert_eq!(touched(52), [42, 51, 53, 62]);
+    // A side more along the edge has its price: a row of four has ten, a square of four has eight.
+    let ln = |elements: &[usize]| {
+        let at = Location::new(LocationKind::Group, vec![structure.region_name(elements).unwrap()]);
+        structure.ln_between(&at)
+    };
+    let difference = ln(&[31, 32, 33, 34]) - ln(&[31, 32, 41, 42]);
+    assert!((difference - 2.0 * crate::effect::LN_OF_A_SIDE).abs() < 1e-12, "{difference}");
+    for refused in ["thickness-change@e32..e999,e4", "thickness-change@e32,", "thickness-change@,"] {
+        assert!(Effects::builtin().candidate(&structure, refused).is_err(), "{refused}");
+    }
+}
+
 /// A stretch of a clamp is a place by name, and several are tried without one; as its compliance grows the plate is as if those nodes were free.
 #[test]
 fn a_clamp_may_be_open_along_a_stretch() {

@@ -122,6 +122,21 @@ fn a_span_is_its_elements_together() {
     assert!(n >= 30, "{n}");
 }
 
+/// A run of any length is a place by its name, and runs of several lengths are looked for about one that is known.
+#[test]
+fn a_run_of_any_length_is_a_place() {
+    let (text, context) = (in_one(), Context::default());
+    let model = model(&text);
+    let structure = Structure::new(&model, &context);
+    let run = Effects::builtin().candidate(&structure, "stiffness-change@b.1..b.5").unwrap();
+    assert_eq!(structure.elements_of(&run.location.names[0]).len(), 5);
+    assert!(Effects::builtin().candidate(&structure, "stiffness-change@b.5..b.1").is_err());
+    let about = structure.finer(&structure.part("b.2..b.5").map(|_| run.location.clone()).unwrap(), 1);
+    assert!(about.contains(&"b.2..b.6".to_string()) && !about.iter().any(|n| n == "b.1..b.5"), "{about:?}");
+    // Six are the whole beam, and four a span of every search.
+    assert!(!about.iter().any(|n| n == "b.1..b.6" || n == "b.2..b.5"), "{about:?}");
+}
+
 /// An end that gives about both axes of bending is that which gives about one, and then about the other.
 #[test]
 fn an_end_gives_about_both_axes() {

@@ -152,7 +152,7 @@ fn depths(model: &Model) -> Vec<Problem> {
     let known: Vec<(&PlacedElement, [f64; 2])> =
         model.elements().iter().filter_map(|e| depth(e, &theta).map(|d| (e, d))).collect();
     let mut out = Vec::new();
-    let deepest = known.iter().map(|(_, d)| d[0]).fold(0.0, f64::max);
+    let deepest = known.iter().map(|(_, d)| d[1]).fold(0.0, f64::max);
     if deepest > 0.0 && size > TOO_SLENDER * deepest {
         out.push(Problem::warning(
             "nodes",

@@ -12,7 +12,7 @@ const ALPHA: f64 = 1e-3;
 /// A channel that moves in no mode as much as this share of the rms has its own finding: it is dead.
 const MOVES: f64 = 0.1;
 
-/// Channels whose entries are nearer to zero than the stated noise lets be: a cable that was off, a file filled with zeros.
+/// Channels whose entries are nearer to zero than the stated noise would allow: a cable that was off, a file filled with zeros.
 ///
 /// An entry y with the standard deviation s has, whatever the motion at its place,
 ///
@@ -56,7 +56,7 @@ fn silent(k: usize, sensors: &[Sensor], modes: &[TestMode]) -> Option<Finding> {
         subject: name.clone(),
         evidence: vec![("modes", which.len() as f64), ("of modes", f64::from(n))],
         text: format!(
-            "{name} reads nothing in the modes at {}, nearer to zero than its noise lets be",
+            "{name} reads nothing in the modes at {}, nearer to zero than its noise would allow",
             named.join(", ")
         ),
         remedy: "look at its cable and at the functions of these modes; leave its entries out of these shapes (`null`) until they are measured",

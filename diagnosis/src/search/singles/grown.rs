@@ -1,13 +1,13 @@
 //! The best places of a mesh with their true shape: element by element, whether it belongs to them.
 //!
-//! A patch is about round. With G_e the slope of the residual for the effect at element e alone, δ the size that was found and everything that a
-//! refit absorbs projected out, an element that is taken in or left out changes the residual by
+//! A patch is about round. With Δr_e(p) what the effect at element e alone does to the residual, on top of what has been found, δ the size of that and
+//! everything that a refit absorbs projected out, an element that is taken in or left out changes the residual by
 //!
 //! ```text
-//! Δr' = δ G_e'      outside,        Δr' = -δ/κ G_e'      inside,        κ = Σ G_e · dr/dδ / |dr/dδ|²  over those inside
+//! Δr_e'(δ)   outside,      Δr_e'(-δ/κ)   inside,      κ = Σ G_e · dr/dδ / |dr/dδ|²,  G_e = dr/dp at e,  over those inside
 //! ```
 //!
-//! (κ = 1 + δ where sizes are factors, for there a slope is one of what is left). The elements along the edge that lower
+//! (κ = 1 + δ where sizes are factors, for there a size is one of what is left). The elements along the edge that lower
 //!
 //! ```text
 //! |r'|² + 2 s ln μ        s sides along the edge, μ^s shapes with as many
@@ -18,15 +18,19 @@
 use super::finer_mesh::{has_a_mesh, of_each_kind};
 use super::step::{Step, is_worth_more};
 use crate::error::DiagnosisError;
-use crate::problem::fit::project;
-use crate::screen::effects::is_small;
+use crate::problem::fit::{evaluate, project};
+use crate::screen::effects::{Score, is_small};
 use crate::screen::stage::Stage;
 use crate::search::board::Board;
 use crate::search::hypothesis::{Refit, Tried};
 use crate::search::run::{Job, run};
-use retune::effect::{Candidate, LN_OF_A_SIDE, Neighbourhood};
+use crate::thresholds::SMALL_STEP;
+use retune::effect::{Candidate, LN_OF_A_SIDE, Neighbourhood, Structure};
 use retune::linalg::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
+/// Sizes at which an edge is looked at, as multiples of the one that was found: a smaller field that is changed more has another edge.
+const SIZES: [f64; 4] = [1.0, 1.25, 1.6, 0.7];
 /// Shapes on the way that are fitted, as shares of the elements that would change sides.
 const ON_THE_WAY: [usize; 3] = [1, 2, 4];
 
@@ -38,84 +42,128 @@ fn is_worth_growing(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     Ok(has_a_mesh(board) && (is_worth_more(board)? || is_beside()?))
 }
 
-/// Grows the best place of each of the best few kinds.
+/// Grows the best places of each of the best few kinds.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
-    let effort = board.stage.effort();
-    let kinds = if board.few { effort.of_every_kind } else { effort.finer_kinds };
+    let stage = board.stage;
+    let kinds = if board.few { stage.effort().of_every_kind } else { stage.effort().finer_kinds };
+    let structures = stage.structures();
     for (place, _) in of_each_kind(board, kinds) {
-        let id = place.id();
-        let Some(mut best) = board.found.hypotheses.iter().find(|r| r.id(&board.stage.scene) == id).cloned() else {
-            continue;
-        };
-        for _ in 0..board.stage.effort().finer_rounds {
-            let found = grown(board.stage, &best, board.ln_base)?;
-            let better =
-                found.iter().filter(|r| r.ln_bayes > best.ln_bayes).max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
-            let Some(better) = better.cloned() else { break };
-            board.add(vec![better.clone()]);
-            best = better;
+        for start in of_each_size(board, &structures, place.effect.name()) {
+            let mut best = start;
+            for _ in 0..stage.effort().finer_rounds {
+                let found = grown(stage, &structures, &best, board.ln_base)?;
+                let better = found.into_iter().filter(|r| r.ln_bayes > best.ln_bayes);
+                let Some(better) = better.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { break };
+                board.add(vec![better.clone()]);
+                best = better;
+            }
         }
     }
     Ok(())
 }
 
+/// The best place of an effect of each size, up to a factor of two, the best first: a wide field that is hardly changed and a small one that is changed
+/// much stand in basins of their own.
+fn of_each_size(board: &Board<'_>, structures: &[Structure<'_>], effect: &str) -> Vec<Refit> {
+    let size = |r: &Refit| match &r.tried {
+        Tried::Effect(c) if c.effect.name() == effect && c.parameters.len() == 1 => match c.location.names.as_slice() {
+            [name] => structures.iter().find_map(|s| s.neighbourhood(name)).map(|about| about.inside.len()),
+            _ => None,
+        },
+        _ => None,
+    };
+    let mut best: BTreeMap<u32, &Refit> = BTreeMap::new();
+    for r in &board.found.hypotheses {
+        let Some(size) = size(r) else { continue };
+        let known = best.entry(size.ilog2()).or_insert(r);
+        if r.ln_bayes > known.ln_bayes {
+            *known = r;
+        }
+    }
+    let mut best: Vec<&Refit> = best.into_values().collect();
+    best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    best.into_iter().take(board.stage.effort().polished).cloned().collect()
+}
+
 /// The same effect on shapes that its edge asks for.
-fn grown(stage: &Stage, r: &Refit, base: f64) -> Result<Vec<Refit>, DiagnosisError> {
+fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> Result<Vec<Refit>, DiagnosisError> {
     let Tried::Effect(candidate) = &r.tried else { return Ok(Vec::new()) };
     let ([parameter], [name]) = (candidate.parameters.as_slice(), candidate.location.names.as_slice()) else {
         return Ok(Vec::new());
     };
-    let structures = stage.structures();
     let Some((structure, about)) = structures.iter().find_map(|s| Some((s, s.neighbourhood(name)?))) else {
         return Ok(Vec::new());
     };
     let elements: Vec<usize> = about.inside.iter().chain(&about.outside).copied().collect();
-    let element_name = |e: usize| structure.model().elements()[e].name.clone();
-    let alone: Vec<String> = elements.iter().map(|&e| format!("{}~1", element_name(e))).collect();
-    let here = stage.at(r.scene.clone(), r.fit.clone())?;
-    let beside = here.on_wider(here.candidates_at(candidate, &alone))?;
-    let slope = |k: usize| {
-        let is_there = |c: &Candidate| {
-            c.location.names.len() == 1
-                && (c.location.names[0] == alone[k] || c.location.names[0] == element_name(elements[k]))
+    let (inside, outside) = elements.split_at(about.inside.len());
+    let [low, high] = parameter.bounds;
+    let last = r.fit.x.len() - 1;
+    let mut shapes: Vec<(String, DVector<f64>)> = Vec::new();
+    for multiple in SIZES {
+        let size = (multiple * ((low + r.fit.x[last] * (high - low)) - parameter.neutral))
+            .clamp(low - parameter.neutral, high - parameter.neutral);
+        let mut x = r.fit.x.clone();
+        x[last] = (parameter.neutral + size - low) / (high - low);
+        let fit = if multiple == 1.0 { r.fit.clone() } else { evaluate(&r.scene, x.clone(), stage.weight)? };
+        let here = stage.at(r.scene.clone(), fit)?;
+        let each = |of: &[usize], change: f64| {
+            let names: Vec<&str> = of.iter().map(|&e| structure.model().elements()[e].name.as_str()).collect();
+            each_alone(&here, candidate, &names, change)
         };
-        let screened = beside.screened.iter().find(|s| is_there(&s.candidate))?;
-        let column = screened.columns.iter().find(|c| is_small(&screened.candidate, &c.values))?;
-        Some(&column.delta / (column.values[0] - screened.candidate.parameters[0].neutral))
-    };
-    let slopes: Vec<Option<DVector<f64>>> = (0..elements.len()).map(slope).collect();
-    let size = r.estimates.first().map_or(0.0, |e| e.value) - parameter.neutral;
-    let own = r.fit.j.column(r.fit.x.len() - 1) / (parameter.bounds[1] - parameter.bounds[0]);
-    let inside = slopes[..about.inside.len()].iter().flatten();
-    let sum = inside.fold(DVector::zeros(r.fit.r.len()), |sum, s| sum + s);
-    let share = sum.dot(&own) / own.norm_squared();
-    if !(share.is_finite() && share > 0.0) {
-        return Ok(Vec::new());
-    }
-    let change = |(k, slope): (usize, &Option<DVector<f64>>)| {
-        let factor = if k < about.inside.len() { -size / share } else { size };
-        slope.as_ref().map(|s| project(&beside.q, &(s * factor)))
-    };
-    let changes: Vec<Option<DVector<f64>>> = slopes.iter().enumerate().map(change).collect();
-    let order = changing_sides(&about, &changes, beside.residual.clone());
-    let names: Vec<String> = ON_THE_WAY
-        .iter()
-        .filter(|part| order.len() >= **part)
-        .filter_map(|part| {
-            let mut is_in: Vec<bool> = (0..elements.len()).map(|k| k < about.inside.len()).collect();
-            order[..order.len().div_ceil(*part)].iter().for_each(|&k| is_in[k] = !is_in[k]);
+        let small = SMALL_STEP * size;
+        let own = here.fit.j.column(last) / (high - low);
+        let sum = each(inside, small)?.into_iter().flatten().fold(DVector::zeros(r.fit.r.len()), |sum, s| sum + s);
+        let share = sum.dot(&own) / (small * own.norm_squared());
+        if !(share.is_finite() && share > 0.0) {
+            continue;
+        }
+        let changes = [each(inside, -size / share)?, each(outside, size)?].concat();
+        let changes: Vec<_> = changes.into_iter().map(|change| change.map(|delta| project(&here.q, &delta))).collect();
+        let order = changing_sides(&about, &changes, here.residual.clone());
+        for part in ON_THE_WAY.into_iter().filter(|part| order.len() >= *part) {
+            let mut is_in: Vec<bool> = (0..elements.len()).map(|k| k < inside.len()).collect();
+            order[..order.len().div_ceil(part)].iter().for_each(|&k| is_in[k] = !is_in[k]);
             let chosen: Vec<usize> = elements.iter().zip(is_in).filter(|(_, is_in)| *is_in).map(|(&e, _)| e).collect();
-            structure.region_name(&chosen)
-        })
-        .collect();
-    if names.is_empty() {
+            let name = structure.region_name(&chosen);
+            shapes.extend(name.filter(|n| shapes.iter().all(|(known, _)| known != n)).map(|name| (name, x.clone())));
+        }
+    }
+    if shapes.is_empty() {
         return Ok(Vec::new());
     }
-    let placed = stage.between_candidates(&structures, candidate, &names);
-    let shapes = stage.on_wider(placed)?;
+    let names: Vec<String> = shapes.iter().map(|(name, _)| name.clone()).collect();
+    let wider = stage.on_wider(stage.between_candidates(structures, candidate, &names))?;
     let bases = [r.fit.x.rows(0, stage.fit.x.len()).into_owned()];
-    let jobs: Vec<Job<'_>> = shapes.effects.iter().map(|s| Job::Begun(s, &bases, &r.fit.x)).collect();
-    Ok(run(&shapes, &jobs, base))
+    let begun = |s: &Score| {
+        let at = &wider.screened[s.index].candidate.location.names;
+        shapes.iter().find(|(name, _)| at.contains(name)).map(|(_, x)| x)
+    };
+    let jobs: Vec<Job<'_>> = wider.effects.iter().filter_map(|s| Some(Job::Begun(s, &bases, begun(s)?))).collect();
+    Ok(run(&wider, &jobs, base))
+}
+
+/// What an effect at each of these elements alone would do to the residual, to first order in the change of its matrices; none where it has no trace.
+///
+/// * `change` - of its parameter
+fn each_alone(
+    here: &Stage,
+    candidate: &Candidate,
+    elements: &[&str],
+    change: f64,
+) -> Result<Vec<Option<DVector<f64>>>, DiagnosisError> {
+    let alone: Vec<String> = elements.iter().map(|name| format!("{name}~1")).collect();
+    let mut placed = here.candidates_at(candidate, &alone);
+    for p in placed.iter_mut().flat_map(|c| &mut c.parameters) {
+        // The small step of a screening is this one.
+        p.typical = p.neutral + change / SMALL_STEP;
+    }
+    let seen = here.on_wider(placed)?;
+    let of = |(name, alone): (&&str, &String)| {
+        let is_there = |c: &Candidate| matches!(c.location.names.as_slice(), [at] if at == alone || at == name);
+        let screened = seen.screened.iter().find(|s| is_there(&s.candidate))?;
+        screened.columns.iter().find(|c| is_small(&screened.candidate, &c.values)).map(|c| c.delta.clone())
+    };
+    Ok(elements.iter().zip(&alone).map(of).collect())
 }
 
 /// Elements that change sides, the one that gains most first; only what touches the other side can.
