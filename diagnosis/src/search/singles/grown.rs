@@ -13,7 +13,7 @@
 //! |r'|² + 2 s ln μ        s sides along the edge, μ^s shapes with as many
 //! ```
 //!
-//! most are taken one after the other; the shapes on the way are fitted, and the best of them is where the next look begins.
+//! most are taken one after the other; the best few shapes on the way are fitted, and the best of these is where the next look begins.
 
 use super::finer_mesh::{has_a_mesh, of_each_kind};
 use super::step::{Step, is_worth_more};
@@ -45,7 +45,7 @@ fn is_worth_growing(board: &Board<'_>) -> Result<bool, DiagnosisError> {
 /// Grows the best places of each of the best few kinds.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
-    let kinds = if board.few { stage.effort().of_every_kind } else { stage.effort().finer_kinds };
+    let kinds = if board.few { stage.effort().of_every_kind } else { stage.effort().polished };
     let structures = stage.structures();
     for (place, _) in of_each_kind(board, kinds) {
         for start in of_each_size(board, &structures, place.effect.name()) {
@@ -82,7 +82,16 @@ fn of_each_size(board: &Board<'_>, structures: &[Structure<'_>], effect: &str) -
     }
     let mut best: Vec<&Refit> = best.into_values().collect();
     best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    best.into_iter().take(board.stage.effort().polished).cloned().collect()
+    best.into_iter().take(board.stage.effort().of_every_kind).cloned().collect()
+}
+
+/// A shape that an edge asks for.
+struct Shape {
+    name: String,
+    /// Where its fit begins.
+    x: DVector<f64>,
+    /// What it leaves, and pays for its edge, to first order.
+    left: f64,
 }
 
 /// The same effect on shapes that its edge asks for.
@@ -98,7 +107,7 @@ fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> R
     let (inside, outside) = elements.split_at(about.inside.len());
     let [low, high] = parameter.bounds;
     let last = r.fit.x.len() - 1;
-    let mut shapes: Vec<(String, DVector<f64>)> = Vec::new();
+    let mut shapes: Vec<Shape> = Vec::new();
     for multiple in SIZES {
         let size = (multiple * ((low + r.fit.x[last] * (high - low)) - parameter.neutral))
             .clamp(low - parameter.neutral, high - parameter.neutral);
@@ -121,22 +130,26 @@ fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> R
         let changes: Vec<_> = changes.into_iter().map(|change| change.map(|delta| project(&here.q, &delta))).collect();
         let order = changing_sides(&about, &changes, here.residual.clone());
         for part in ON_THE_WAY.into_iter().filter(|part| order.len() >= *part) {
+            let order = &order[..order.len().div_ceil(part)];
             let mut is_in: Vec<bool> = (0..elements.len()).map(|k| k < inside.len()).collect();
-            order[..order.len().div_ceil(part)].iter().for_each(|&k| is_in[k] = !is_in[k]);
+            order.iter().for_each(|step| is_in[step.0] = !is_in[step.0]);
             let chosen: Vec<usize> = elements.iter().zip(is_in).filter(|(_, is_in)| *is_in).map(|(&e, _)| e).collect();
-            let name = structure.region_name(&chosen);
-            shapes.extend(name.filter(|n| shapes.iter().all(|(known, _)| known != n)).map(|name| (name, x.clone())));
+            let left = order.last().map_or(f64::INFINITY, |step| step.1);
+            let is_new = |name: &String| shapes.iter().all(|known| known.name != *name);
+            shapes.extend(structure.region_name(&chosen).filter(is_new).map(|name| Shape { name, x: x.clone(), left }));
         }
     }
+    shapes.sort_by(|a, b| a.left.total_cmp(&b.left));
+    shapes.truncate(stage.effort().starts);
     if shapes.is_empty() {
         return Ok(Vec::new());
     }
-    let names: Vec<String> = shapes.iter().map(|(name, _)| name.clone()).collect();
+    let names: Vec<String> = shapes.iter().map(|shape| shape.name.clone()).collect();
     let wider = stage.on_wider(stage.between_candidates(structures, candidate, &names))?;
     let bases = [r.fit.x.rows(0, stage.fit.x.len()).into_owned()];
     let begun = |s: &Score| {
         let at = &wider.screened[s.index].candidate.location.names;
-        shapes.iter().find(|(name, _)| at.contains(name)).map(|(_, x)| x)
+        shapes.iter().find(|shape| at.contains(&shape.name)).map(|shape| &shape.x)
     };
     let jobs: Vec<Job<'_>> = wider.effects.iter().filter_map(|s| Some(Job::Begun(s, &bases, begun(s)?))).collect();
     Ok(run(&wider, &jobs, base))
@@ -166,12 +179,16 @@ fn each_alone(
     Ok(elements.iter().zip(&alone).map(of).collect())
 }
 
-/// Elements that change sides, the one that gains most first; only what touches the other side can.
+/// Elements that change sides, the one that gains most first, each with |r'|² + 2 s ln μ after it; only what touches the other side can.
 ///
 /// * `changes` - of the projected residual by each, none where it has no trace
-fn changing_sides(about: &Neighbourhood, changes: &[Option<DVector<f64>>], mut residual: DVector<f64>) -> Vec<usize> {
+fn changing_sides(
+    about: &Neighbourhood,
+    changes: &[Option<DVector<f64>>],
+    mut residual: DVector<f64>,
+) -> Vec<(usize, f64)> {
     let mut is_in: Vec<bool> = (0..changes.len()).map(|k| k < about.inside.len()).collect();
-    let mut order = Vec::new();
+    let mut order: Vec<(usize, f64)> = Vec::new();
     let known: Vec<usize> = (0..changes.len()).filter(|&k| changes[k].is_some()).collect();
     let columns: Vec<DVector<f64>> = changes.iter().flatten().cloned().collect();
     if columns.is_empty() {
@@ -181,7 +198,9 @@ fn changing_sides(about: &Neighbourhood, changes: &[Option<DVector<f64>>], mut r
     let squared: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
     while order.len() < about.inside.len().max(2) {
         let along = columns.tr_mul(&residual);
-        let is_open = |k: usize| !order.contains(&k) && about.touching[k].iter().any(|&other| is_in[other] != is_in[k]);
+        let is_open = |k: usize| {
+            order.iter().all(|step| step.0 != k) && about.touching[k].iter().any(|&other| is_in[other] != is_in[k])
+        };
         let left = is_in.iter().filter(|is_in| **is_in).count();
         let may = |k: usize| is_open(k) && (!is_in[k] || left > 2);
         let more_sides = |k: usize| {
@@ -196,7 +215,13 @@ fn changing_sides(about: &Neighbourhood, changes: &[Option<DVector<f64>>], mut r
         }
         residual += columns.column(column);
         is_in[k] = !is_in[k];
-        order.push(k);
+        order.push((k, residual.norm_squared() + 2.0 * LN_OF_A_SIDE * sides(about, &is_in)));
     }
     order
+}
+
+/// Sides along the edge of a shape.
+fn sides(about: &Neighbourhood, is_in: &[bool]) -> f64 {
+    let of = |k: usize| about.touching[k].iter().filter(|&&other| !is_in[other]).count();
+    (0..is_in.len()).filter(|&k| is_in[k]).map(of).sum::<usize>() as f64
 }
