@@ -132,7 +132,9 @@ fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> R
         for part in ON_THE_WAY.into_iter().filter(|part| order.len() >= *part) {
             let order = &order[..order.len().div_ceil(part)];
             let mut is_in: Vec<bool> = (0..elements.len()).map(|k| k < inside.len()).collect();
-            order.iter().for_each(|step| is_in[step.0] = !is_in[step.0]);
+            for step in order {
+                is_in[step.0] = !is_in[step.0];
+            }
             let chosen: Vec<usize> = elements.iter().zip(is_in).filter(|(_, is_in)| *is_in).map(|(&e, _)| e).collect();
             let left = order.last().map_or(f64::INFINITY, |step| step.1);
             let is_new = |name: &String| shapes.iter().all(|known| known.name != *name);
