@@ -89,6 +89,11 @@ impl Structure<'_> {
         (elements.len() == number).then_some(elements)
     }
 
+    /// Whether a name is that of a patch about an element, or of a stretch about a node.
+    pub fn is_patch_name(name: &str) -> bool {
+        name.contains(ABOUT)
+    }
+
     /// The elements of a place between those that every search tries, by its name: a patch, a region, or a run of beams.
     pub(super) fn named_between(&self, name: &str) -> Option<Vec<usize>> {
         self.patch_about(name).or_else(|| self.region(name)).or_else(|| self.run_between(name))

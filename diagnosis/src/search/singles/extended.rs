@@ -10,7 +10,7 @@ use crate::search::look::by_size;
 use crate::search::run::{Job, best_and_of_every_kind, run};
 use crate::search::short_fit::shortest;
 use crate::search::spread::Fitted;
-use retune::effect::{Context, Structure};
+use retune::effect::{Candidate, Context, Structure};
 
 pub(super) const STEP: Step = Step { name: "extended places", when: is_worth_a_look, take };
 
@@ -24,7 +24,13 @@ fn is_worth_a_look(board: &Board<'_>) -> Result<bool, DiagnosisError> {
 /// first.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
-    let Ok(wider) = stage.on_wider(stage.wider_candidates(None, |_| true)) else { return Ok(()) };
+    // On a mesh of very many dofs, where every change takes solutions of its own, larger patches and all axes of a node are left to the steps that look
+    // about the best of their kind.
+    let is_huge = stage.scene.is_huge();
+    let is_wanted = |c: &Candidate| {
+        !is_huge || !(c.location.has_all_axes() || c.location.names.iter().any(|name| Structure::is_patch_name(name)))
+    };
+    let Ok(wider) = stage.on_wider(stage.wider_candidates(None, is_wanted)) else { return Ok(()) };
     let by_size = by_size(&wider);
     // On a model itself it would not have come here else.
     let best: Vec<&Score> = if !stage.scene.is_large() || may_explain(board)? {

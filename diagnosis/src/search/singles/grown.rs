@@ -42,7 +42,8 @@ fn is_worth_growing(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     Ok(has_a_mesh(board) && (is_worth_more(board)? || is_beside()?))
 }
 
-/// Grows the best places of each of the best few kinds.
+/// Grows the best places of each of the best few kinds; what cannot be looked at stays as it is.
+#[expect(clippy::unnecessary_wraps, reason = "as the other steps")]
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     let kinds = if board.few { stage.effort().of_every_kind } else { stage.effort().polished };
@@ -51,7 +52,7 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
         for start in of_each_size(board, &structures, place.effect.name()) {
             let mut best = start;
             for _ in 0..stage.effort().finer_rounds {
-                let found = grown(stage, &structures, &best, board.ln_base)?;
+                let Ok(found) = grown(stage, &structures, &best, board.ln_base) else { break };
                 let better = found.into_iter().filter(|r| r.ln_bayes > best.ln_bayes);
                 let Some(better) = better.max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes)) else { break };
                 board.add(vec![better.clone()]);
@@ -82,7 +83,8 @@ fn of_each_size(board: &Board<'_>, structures: &[Structure<'_>], effect: &str) -
     }
     let mut best: Vec<&Refit> = best.into_values().collect();
     best.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    best.into_iter().take(board.stage.effort().of_every_kind).cloned().collect()
+    let most = if board.stage.scene.is_huge() { 1 } else { board.stage.effort().of_every_kind };
+    best.into_iter().take(most).cloned().collect()
 }
 
 /// A shape that an edge asks for.
@@ -108,12 +110,17 @@ fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> R
     let [low, high] = parameter.bounds;
     let last = r.fit.x.len() - 1;
     let mut shapes: Vec<Shape> = Vec::new();
-    for multiple in SIZES {
+    // On a mesh of very many dofs the sensors are solved for anew at every size.
+    let sizes = if stage.scene.is_huge() { &SIZES[..1] } else { &SIZES[..] };
+    for &multiple in sizes {
         let size = (multiple * ((low + r.fit.x[last] * (high - low)) - parameter.neutral))
             .clamp(low - parameter.neutral, high - parameter.neutral);
         let mut x = r.fit.x.clone();
         x[last] = (parameter.neutral + size - low) / (high - low);
-        let fit = if multiple == 1.0 { r.fit.clone() } else { evaluate(&r.scene, x.clone(), stage.weight)? };
+        let is_as_found = multiple == 1.0;
+        let fit = if is_as_found { Ok(r.fit.clone()) } else { evaluate(&r.scene, x.clone(), stage.weight) };
+        // A size at which a mode has no partner shows no edge.
+        let Ok(fit) = fit else { continue };
         let here = stage.at(r.scene.clone(), fit)?;
         let each = |of: &[usize], change: f64| {
             let names: Vec<&str> = of.iter().map(|&e| structure.model().elements()[e].name.as_str()).collect();
