@@ -242,10 +242,11 @@ fn are_one_effect(model: &Model, effects: &Effects, tried: &Tried, others: &[Str
     let Tried::Effect(one) = tried else { return false };
     let unknown = Context::default();
     let structure = Structure::new(model, &unknown);
+    let wider = structure.clone().on_wider_places();
     let is_same = |id: &String| {
         let Ok(other) = effects.candidate(&structure, id) else { return false };
         one.effect.name() == other.effect.name()
-            && (structure.is_wide(&one.location) || structure.is_wide(&other.location))
+            && (wider.is_wide(&one.location) || wider.is_wide(&other.location))
             && structure.overlap(&one.location, &other.location)
     };
     others.iter().all(is_same)

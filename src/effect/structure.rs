@@ -243,7 +243,6 @@ impl<'a> Structure<'a> {
             s.parts = parts;
         }
         let mut spans = s.list_spans();
-        spans.extend(s.list_areas());
         spans.extend(s.list_cuts());
         s.pair_up(&mut spans);
         s.spans = spans;
@@ -279,7 +278,8 @@ impl<'a> Structure<'a> {
         &self.parts
     }
 
-    /// A few successive elements of a chain or of a line, stretches inside of elements, larger patches and cuts of a mesh, in file order.
+    /// A few successive elements of a chain or of a line, stretches inside of elements, and cuts of a mesh, in file order; where places
+    /// are wider, larger patches behind them.
     pub fn spans(&self) -> &[Part] {
         &self.spans
     }
@@ -298,11 +298,20 @@ impl<'a> Structure<'a> {
         }
     }
 
-    /// The same structure with other places for effects: spans for parts, ends that give about both axes of bending, nodes with all
+    /// The same structure with other places for effects: spans and larger patches for parts, ends that give about both axes of bending, nodes with all
     /// axes, nodes inside of elements.
     #[must_use]
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
+        let areas = self.list_areas();
+        if !areas.is_empty() {
+            let mut spans = [std::mem::take(&mut self.spans), areas].concat();
+            self.pair_up(&mut spans);
+            for (i, span) in spans.iter().enumerate() {
+                self.part_of.entry(span.name.clone()).or_insert(self.parts.len() + i);
+            }
+            self.spans = spans;
+        }
         self
     }
 

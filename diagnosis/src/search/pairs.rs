@@ -61,7 +61,7 @@ pub(crate) fn pair(
     odds: &Odds<'_>,
     settings: &Settings,
 ) -> Result<Option<Pair>, DiagnosisError> {
-    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let weight = |r: &Refit| odds.weight(r);
     let order = |list: &mut Vec<Refit>| list.sort_by(|a, b| weight(b).total_cmp(&weight(a)));
     let n = base.fit.x.len();
     let id = |r: &Refit| r.id(&base.scene);

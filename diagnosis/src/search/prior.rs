@@ -51,6 +51,11 @@ impl<'a> Odds<'a> {
         self.of_kind(r.name()) + r.ln_odds
     }
 
+    /// ln of the odds of a hypothesis times its Bayes factor.
+    pub(crate) fn weight(&self, r: &Refit) -> f64 {
+        self.of(r) + r.ln_bayes
+    }
+
     /// Of a hypothesis of a kind, at a place of the file.
     pub(crate) fn of_kind(&self, name: &str) -> f64 {
         let places = self.places.get(name).copied().unwrap_or(1).max(1);
@@ -59,7 +64,7 @@ impl<'a> Odds<'a> {
 
     /// ln of odds times Bayes factors of all that were refitted on top of another; the two may have come in either order.
     pub(crate) fn of_a_second(&self, refits: &[Refit]) -> f64 {
-        let each: Vec<f64> = refits.iter().map(|r| self.of(r) + r.ln_bayes).collect();
+        let each: Vec<f64> = refits.iter().map(|r| self.weight(r)).collect();
         std::f64::consts::LN_2 + ln_sum(&each)
     }
 }

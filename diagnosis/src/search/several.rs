@@ -57,7 +57,7 @@ pub(crate) fn chain(
     ln_else: f64,
     settings: &Settings,
 ) -> Result<Option<Chain>, DiagnosisError> {
-    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let weight = |r: &Refit| odds.weight(r);
     while let Some((stage, last)) = members.last() {
         let (left, with_all) = remains(stage, last, settings)?;
         if left.needs_nothing_more() {

@@ -86,7 +86,7 @@ fn conclude_once(
     let held_before = held_out_in_all(&base.fit, base.weight)?;
     let odds = Odds::new(base);
     // By the data alone, or with the odds.
-    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let weight = |r: &Refit| odds.weight(r);
     let best_weight = refits.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
     let is_tied =
         |r: &Refit| (r.ln_bayes > best_bayes - STRONG || weight(r) > best_weight - STRONG) && r.ln_bayes > 0.0;
@@ -119,7 +119,7 @@ fn conclude_once(
     if let Some(first) = first {
         let id = first.id(&base.scene);
         chosen = refits.iter().position(|r| r.id(&base.scene) == id).unwrap_or_else(|| {
-            p.push(odds.of(first) + first.ln_bayes);
+            p.push(odds.weight(first));
             refits.push(first.clone());
             refits.len() - 1
         });
@@ -404,7 +404,7 @@ fn name(
         }
         doubted.get_or_insert(answer);
     }
-    let weight = |r: &Refit| odds.of(r) + r.ln_bayes;
+    let weight = |r: &Refit| odds.weight(r);
     let ln_known = weight(&refits[chosen]) + more.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
     let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
     let (first, on_first, more) =
@@ -501,7 +501,7 @@ pub(crate) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, 
     let odds_of_noise = ln_odds_of_none() + ln_odds_of_noise(s2.sqrt());
     let noise = odds_of_noise + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
     let odds = Odds::new(base);
-    for r in refits.iter().filter(|r| odds.of(r) + r.ln_bayes > noise) {
+    for r in refits.iter().filter(|r| odds.weight(r) > noise) {
         if r.leaves_noise()? {
             return Ok(true);
         }

@@ -29,7 +29,7 @@ impl Probabilities {
     /// * `other` - ln of the Bayes factor of something else
     pub(crate) fn new(odds: &Odds<'_>, base: &Stage, refits: &[Refit], other: f64) -> Self {
         let ln_other = odds.of_something_else() + other;
-        let ln_each: Vec<f64> = refits.iter().map(|r| odds.of(r) + r.ln_bayes).collect();
+        let ln_each: Vec<f64> = refits.iter().map(|r| odds.weight(r)).collect();
         // A p-value without a draw beyond the observed one is only a bound of itself.
         let least = if base.p_value > 1.0 / DRAWS as f64 { most_against(base.p_value) } else { 0.0 };
         let rest = ln_sum(&[ln_each.as_slice(), &[ln_other]].concat());

@@ -197,11 +197,8 @@ impl Structure<'_> {
 
     /// Patches about a patch of the mesh: about elements in and around it, of several sizes.
     fn patches_about_one(&self, name: &str, round: u32) -> Option<Vec<String>> {
-        let elements = self.elements_of(name);
-        let is_between = || self.patch_about(name).or_else(|| self.region(name)).is_some();
-        let is_patch = self.model.patches().iter().any(|p| p == name) || is_between();
-        let first = *elements.first()?;
-        let part = self.mesh_part_of(first).filter(|_| is_patch)?;
+        let elements = self.shape(name)?;
+        let part = self.mesh_part_of(*elements.first()?)?;
         let (central, far) = self.middle_of(&elements)?;
         // Half as far again as the patch reaches, then a third of that.
         let reach = 1.5 * far / 3_f64.powi(round as i32);

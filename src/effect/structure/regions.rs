@@ -82,14 +82,16 @@ impl Structure<'_> {
         Some(pieces?.join(&AND.to_string()))
     }
 
-    /// The elements of a place of a mesh, a patch or a region, and those about it; `None` of other places, and of large ones.
+    /// The elements of a patch of a mesh, or of a region; `None` of other places.
+    pub fn shape(&self, name: &str) -> Option<Vec<usize>> {
+        let is_patch = || self.model.patches().iter().any(|p| p == name);
+        let between = self.patch_about(name).or_else(|| self.region(name));
+        between.or_else(|| self.model.element_set(name).filter(|_| is_patch()).map(<[usize]>::to_vec))
+    }
+
+    /// The elements of such a place, and those about it; `None` of other places, and of large ones.
     pub fn neighbourhood(&self, name: &str) -> Option<Neighbourhood> {
-        let is_patch = self.model.patches().iter().any(|p| p == name);
-        let inside = match self.patch_about(name).or_else(|| self.region(name)) {
-            Some(elements) => elements,
-            None if is_patch => self.elements_of(name),
-            None => return None,
-        };
+        let inside = self.shape(name)?;
         let part = self.mesh_part_of(*inside.first()?)?;
         if inside.len() > MOST {
             return None;

@@ -68,7 +68,7 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
 fn of_each_size(board: &Board<'_>, structures: &[Structure<'_>], effect: &str) -> Vec<Refit> {
     let size = |r: &Refit| match &r.tried {
         Tried::Effect(c) if c.effect.name() == effect && c.parameters.len() == 1 => match c.location.names.as_slice() {
-            [name] => structures.iter().find_map(|s| s.neighbourhood(name)).map(|about| about.inside.len()),
+            [name] => structures.iter().find_map(|s| s.shape(name)).map(|elements| elements.len()),
             _ => None,
         },
         _ => None,
@@ -92,7 +92,7 @@ struct Shape {
     name: String,
     /// Where its fit begins.
     x: DVector<f64>,
-    /// What it leaves, and pays for its edge, to first order.
+    /// What it leaves, and pays for its edge against that of the start, to first order.
     left: f64,
 }
 
@@ -188,7 +188,8 @@ fn each_alone(
     Ok(elements.iter().zip(&alone).map(of).collect())
 }
 
-/// Elements that change sides, the one that gains most first, each with |r'|² + 2 s ln μ after it; only what touches the other side can.
+/// Elements that change sides, the one that gains most first, each with |r'|² + 2 s ln μ after it, s against the sides at the start;
+/// only what touches the other side can.
 ///
 /// * `changes` - of the projected residual by each, none where it has no trace
 fn changing_sides(
@@ -205,13 +206,14 @@ fn changing_sides(
     }
     let columns = DMatrix::from_columns(&columns);
     let squared: Vec<f64> = columns.column_iter().map(|c| c.norm_squared()).collect();
+    let mut left = residual.norm_squared();
     while order.len() < about.inside.len().max(2) {
         let along = columns.tr_mul(&residual);
         let is_open = |k: usize| {
             order.iter().all(|step| step.0 != k) && about.touching[k].iter().any(|&other| is_in[other] != is_in[k])
         };
-        let left = is_in.iter().filter(|is_in| **is_in).count();
-        let may = |k: usize| is_open(k) && (!is_in[k] || left > 2);
+        let n_inside = is_in.iter().filter(|is_in| **is_in).count();
+        let may = |k: usize| is_open(k) && (!is_in[k] || n_inside > 2);
         let more_sides = |k: usize| {
             let others = about.touching[k].iter().filter(|&&other| is_in[other] != is_in[k]).count();
             about.touching[k].len() as f64 - 2.0 * others as f64
@@ -224,13 +226,8 @@ fn changing_sides(
         }
         residual += columns.column(column);
         is_in[k] = !is_in[k];
-        order.push((k, residual.norm_squared() + 2.0 * LN_OF_A_SIDE * sides(about, &is_in)));
+        left -= gain;
+        order.push((k, left));
     }
     order
-}
-
-/// Sides along the edge of a shape.
-fn sides(about: &Neighbourhood, is_in: &[bool]) -> f64 {
-    let of = |k: usize| about.touching[k].iter().filter(|&&other| !is_in[other]).count();
-    (0..is_in.len()).filter(|&k| is_in[k]).map(of).sum::<usize>() as f64
 }
