@@ -35,6 +35,20 @@ impl Affine {
         Self { constant: value, terms: Vec::new() }
     }
 
+    /// Its sum with a multiple of another.
+    pub(super) fn plus(&self, factor: f64, other: &Self) -> Self {
+        let mut out = self.clone();
+        out.constant += factor * other.constant;
+        for &(p, f) in &other.terms {
+            match out.terms.iter_mut().find(|t| t.0 == p) {
+                Some(term) => term.1 += factor * f,
+                None => out.terms.push((p, factor * f)),
+            }
+        }
+        out.terms.retain(|t| t.1 != 0.0);
+        out
+    }
+
     /// With other parameters, or with their values in their places.
     ///
     /// * `of` - the new index of a parameter, or its value

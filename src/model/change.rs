@@ -300,7 +300,8 @@ impl Change {
     ) -> Result<(), ModelError> {
         match &self.parts[part] {
             Part::Brought { .. } | Part::Taken(_) | Part::Altered { .. } => {
-                self.add_rigid_mass_of(part, &self.matrices(part, theta, sizes)?, rigid);
+                let all = [theta, sizes].concat();
+                self.add_rigid_mass_of(part, &all, &self.matrices(part, theta, sizes)?, rigid);
             }
             Part::Factored(of) => of.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
             Part::Supports { .. } => {}
@@ -309,9 +310,17 @@ impl Change {
     }
 
     /// Adds Rᵀ m R of the six rigid motions for matrices of one of its elements.
-    pub(super) fn add_rigid_mass_of(&self, part: usize, matrices: &ElementMatrices, rigid: &mut SymMatrix) {
+    ///
+    /// * `all` - the parameters of the model with the sizes behind them
+    pub(super) fn add_rigid_mass_of(
+        &self,
+        part: usize,
+        all: &[f64],
+        matrices: &ElementMatrices,
+        rigid: &mut SymMatrix,
+    ) {
         let (elements, geometry) = (self.model.elements(), self.model.geometry());
-        let (element, ends) = match &self.parts[part] {
+        let (element, mut ends) = match &self.parts[part] {
             Part::Brought { element, ends, .. } => (Cow::Borrowed(&**element), ends.to_vec()),
             Part::Taken(e) => (Cow::Borrowed(&elements[*e]), elements[*e].ends(&geometry.positions)),
             // The mass of a coordinate is none of the structure.
@@ -325,6 +334,9 @@ impl Change {
             }
             Part::Supports { .. } | Part::Factored(_) => return,
         };
+        if let Some(moving) = &element.moving {
+            moving.carry(&mut ends, all);
+        }
         add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &ends);
     }
 

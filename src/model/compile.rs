@@ -18,6 +18,7 @@ use super::elastic_support::ElasticSupports;
 use super::geometry::{Geometry, minus};
 use super::inside::stretch;
 use super::mass_properties::MassProperties;
+use super::moving::EndMotion;
 use super::parameter::ParameterSet;
 use super::place::{Placed, left_out_of_effects, place};
 use super::placed_element::PlacedElement;
@@ -55,6 +56,8 @@ pub struct Model {
     mesh_parts: Vec<String>,
     patches: Vec<String>,
     n_named: usize,
+    /// How nodes move that parameters move, or what carries them.
+    moved: BTreeMap<usize, EndMotion>,
     /// See [`Model::first_straining_lambda`].
     pub(super) first_straining: Once<Option<f64>>,
 }
@@ -118,8 +121,19 @@ impl Model {
         elimination: &Elimination,
         problems: &mut Vec<Problem>,
     ) -> Result<Self, ModelError> {
-        let Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named } =
-            placed;
+        let Placed {
+            geometry,
+            parameters,
+            elements,
+            sets,
+            compliances,
+            rows,
+            sites,
+            mesh_parts,
+            patches,
+            n_named,
+            moved,
+        } = placed;
         let acting = Acting::of_all(&elements, &parameters)?;
         let touched = touched(&elements, &acting, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
@@ -175,6 +189,7 @@ impl Model {
             mesh_parts,
             patches,
             n_named,
+            moved,
             first_straining: Once::new(),
         })
     }
@@ -353,12 +368,10 @@ impl Model {
     fn interpolate(&self, element: usize, fraction: f64, theta: &[f64]) -> Result<PointMotion, ModelError> {
         let e = &self.elements[element];
         let values = e.values_at(theta);
-        let input = ElementInput { points: &e.points, values: &values };
-        let shape = e.kind.interpolate(&input, fraction).map_err(|source| ModelError::Element {
-            element: e.name.clone(),
-            path: e.path.clone(),
-            source,
-        })?;
+        let failed = |source| ModelError::Element { element: e.name.clone(), path: e.path.clone(), source };
+        let stand = e.stand(theta).map_err(failed)?;
+        let input = ElementInput { points: &stand.points, values: &values };
+        let shape = stand.of_dofs(&e.kind.interpolate(&input, fraction).map_err(failed)?);
         let supports = self.elastic_supports.as_ref();
         let giving =
             supports.map(|s| s.element_motion(element, &self.elements, &self.connections, theta)).transpose()?;
@@ -373,7 +386,7 @@ impl Model {
                     .map(|local| {
                         let i = local + 3 * (global / 3);
                         let along: f64 = (0..b.nrows()).map(|k| shape[i][k] * b[(k, j)]).sum();
-                        e.axes[local][global % 3] * along
+                        stand.axes[local][global % 3] * along
                     })
                     .sum();
                 if factor != 0.0 {
@@ -381,7 +394,7 @@ impl Model {
                 }
             }
         }
-        let ends = e.ends(&self.geometry.positions);
+        let ends = e.tips_at(&self.geometry.positions, theta);
         let (first, last) = (ends[0], ends[ends.len() - 1]);
         Ok(PointMotion { rows, position: super::geometry::plus(first, fraction, minus(last, first)) })
     }
@@ -469,11 +482,20 @@ impl ParametricModel for Model {
     }
 
     fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
-        let Some(supports) = &self.elastic_supports else { return Ok(None) };
-        let giving = supports.node_motion(node, &self.elements, &self.connections, theta)?;
-        Ok(giving.map(|giving| {
-            let all = |dof: Dof| [self.dofs.express(node, dof), &giving[dof as usize]].concat();
-            PointMotion { rows: Dof::ALL.map(all), position: self.geometry.positions[node] }
+        let supports = self.elastic_supports.as_ref();
+        let giving = supports.map(|s| s.node_motion(node, &self.elements, &self.connections, theta)).transpose()?;
+        let (giving, moved) = (giving.flatten(), self.moved.get(&node));
+        if giving.is_none() && moved.is_none() {
+            return Ok(None);
+        }
+        let all = |dof: Dof| {
+            let more = giving.as_ref().map_or(&[][..], |g| &g[dof as usize]);
+            [self.dofs.express(node, dof), more].concat()
+        };
+        let (rows, position) = (Dof::ALL.map(all), self.geometry.positions[node]);
+        Ok(Some(match moved {
+            Some(motion) => motion.point(rows, position, theta),
+            None => PointMotion { rows, position },
         }))
     }
 

@@ -17,25 +17,24 @@ use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
-use crate::element::{ElementInput, StrainParts};
+use crate::element::{ElementError, ElementInput, StrainParts};
 use crate::linalg::SymMatrix;
 use std::collections::BTreeMap;
 
-/// The matrices of one element at θ, in its axes.
+/// The matrices of one element at θ, in its axes and at its ends as they are at the estimates.
 pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result<ElementMatrices, ModelError> {
     let values = element.values_at(theta);
-    let input = ElementInput { points: &element.points, values: &values };
-    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
-    let scaled = |mut a: SymMatrix, factor: &Option<Value>| {
-        if let Some(f) = factor {
-            a.scale(f.at(theta));
-        }
-        a
+    let stand = element.stand(theta).map_err(|e| failed(element, e))?;
+    let input = ElementInput { points: &stand.points, values: &values };
+    let made = |matrix: Result<SymMatrix, ElementError>, factor: Option<&Value>| {
+        let matrix = stand.brought_back(matrix.map_err(|e| failed(element, e))?);
+        Ok::<_, ModelError>(scaled(matrix, factor, theta))
     };
-    let stiffness = scaled(element.kind.stiffness(&input).map_err(wrap)?, &element.stiffness_factor);
-    let mass = scaled(element.kind.mass(&input).map_err(wrap)?, &element.mass_factor);
-    let weighed_mass = element.kind.weighed_mass(&input).map_err(wrap)?.map(|m| scaled(m, &element.mass_factor));
-    let mut damping = element.kind.damping(&input).map_err(wrap)?;
+    let stiffness = made(element.kind.stiffness(&input), element.stiffness_factor.as_ref())?;
+    let mass = made(element.kind.mass(&input), element.mass_factor.as_ref())?;
+    let weighed_mass = element.kind.weighed_mass(&input).transpose();
+    let weighed_mass = weighed_mass.map(|m| made(m, element.mass_factor.as_ref())).transpose()?;
+    let mut damping = made(element.kind.damping(&input), None)?;
     for (factor, matrix) in [(&element.stiffness_damping, &stiffness), (&element.mass_damping, &mass)] {
         if let Some(factor) = factor.as_ref().map(|f| f.at(theta)) {
             damping = damping.combine(matrix, |c, a| c + factor * a);
@@ -44,33 +43,35 @@ pub(super) fn element_matrices(element: &PlacedElement, theta: &[f64]) -> Result
     Ok(ElementMatrices { stiffness, mass, weighed_mass, damping })
 }
 
-/// The stiffness of one element at θ by kinds of strain, in its axes; `None` where the element does not know them.
-pub(super) fn strain_parts(element: &PlacedElement, theta: &[f64]) -> Result<Option<StrainParts>, ModelError> {
-    let values = element.values_at(theta);
-    let input = ElementInput { points: &element.points, values: &values };
-    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
-    let parts = element.kind.strain_parts(&input).map_err(wrap)?;
-    Ok(parts.map(|mut parts| {
-        if let Some(f) = &element.stiffness_factor {
-            for part in [&mut parts.axial, &mut parts.bending, &mut parts.torsion] {
-                part.scale(f.at(theta));
-            }
-        }
-        parts
-    }))
+fn failed(element: &PlacedElement, source: ElementError) -> ModelError {
+    ModelError::Element { element: element.name.clone(), path: element.path.clone(), source }
 }
 
-/// The mass of one element at θ as scales see it, in its axes: [`ElementMatrices::weighed`] without the other matrices.
+fn scaled(mut a: SymMatrix, factor: Option<&Value>, theta: &[f64]) -> SymMatrix {
+    if let Some(f) = factor {
+        a.scale(f.at(theta));
+    }
+    a
+}
+
+/// The stiffness of one element at θ by kinds of strain, as [`element_matrices`] has it; `None` where the element does not know them.
+pub(super) fn strain_parts(element: &PlacedElement, theta: &[f64]) -> Result<Option<StrainParts>, ModelError> {
+    let values = element.values_at(theta);
+    let stand = element.stand(theta).map_err(|e| failed(element, e))?;
+    let input = ElementInput { points: &stand.points, values: &values };
+    let parts = element.kind.strain_parts(&input).map_err(|e| failed(element, e))?;
+    let made = |a: SymMatrix| scaled(stand.brought_back(a), element.stiffness_factor.as_ref(), theta);
+    Ok(parts.map(|p| StrainParts { axial: made(p.axial), bending: made(p.bending), torsion: made(p.torsion) }))
+}
+
+/// The mass of one element at θ as scales see it: [`ElementMatrices::weighed`] without the other matrices.
 pub(super) fn weighed_mass(element: &PlacedElement, theta: &[f64]) -> Result<SymMatrix, ModelError> {
     let values = element.values_at(theta);
-    let input = ElementInput { points: &element.points, values: &values };
+    let stand = element.stand(theta).map_err(|e| failed(element, e))?;
+    let input = ElementInput { points: &stand.points, values: &values };
     let mass = element.kind.weighed_mass(&input).and_then(|m| m.map_or_else(|| element.kind.mass(&input), Ok));
-    let wrap = |source| ModelError::Element { element: element.name.clone(), path: element.path.clone(), source };
-    let mut mass = mass.map_err(wrap)?;
-    if let Some(f) = &element.mass_factor {
-        mass.scale(f.at(theta));
-    }
-    Ok(mass)
+    let mass = stand.brought_back(mass.map_err(|e| failed(element, e))?);
+    Ok(scaled(mass, element.mass_factor.as_ref(), theta))
 }
 
 /// The derivative of something by its values a step above and below; at the edge of an element's domain the difference is one-sided.
@@ -140,6 +141,10 @@ pub(super) fn dependence(element: &PlacedElement, parameters: &ParameterSet) -> 
 }
 
 fn search(samples: &mut Samples<'_>) -> Option<Terms> {
+    // Where its ends move, its matrices may be polynomials and its mass about the origin is none.
+    if samples.element.moving.is_some() {
+        return None;
+    }
     affine(samples).or_else(|| powers::polynomial(samples))
 }
 

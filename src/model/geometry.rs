@@ -1,11 +1,15 @@
 //! Places of nodes and axes of frames: from the rules of the file to global coordinates.
 
-use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, OneOrThree, SuperelementSpec};
+mod nodes;
+
+use super::affine::Affine;
+use super::place::Known;
+use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, SuperelementSpec};
 use crate::catalogue::did_you_mean;
 pub(crate) use crate::linalg::vector3::{Vector3, cross, dot, minus, plus, unit};
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 
 /// A vector in global axes, m.
 pub type Vector = Vector3;
@@ -15,6 +19,29 @@ pub(crate) type Rotation = [[f64; 3]; 3];
 
 /// Global axes.
 pub const GLOBAL: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Global coordinates as functions of θ, m.
+pub(super) type Place = [Affine; 3];
+
+/// A place that no parameter moves.
+pub(super) fn still(position: Vector) -> Place {
+    position.map(Affine::constant)
+}
+
+/// Where a place is at θ.
+pub(super) fn at(place: &Place, theta: &[f64]) -> Vector {
+    [0, 1, 2].map(|i| place[i].at(theta))
+}
+
+/// a + f (b - a).
+fn between(a: &Place, b: &Place, f: f64) -> Place {
+    [0, 1, 2].map(|i| a[i].plus(f, &b[i].plus(-1.0, &a[i])))
+}
+
+/// A place and a step from it.
+fn shifted(place: &Place, by: Vector) -> Place {
+    [0, 1, 2].map(|i| place[i].plus(1.0, &Affine::constant(by[i])))
+}
 
 /// Names of the global axes.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
@@ -112,6 +139,8 @@ pub struct Geometry {
     other_names: BTreeMap<String, usize>,
     /// Those that are not points but coordinates, sorted.
     coordinates: Vec<usize>,
+    /// Where nodes stand whose coordinates name parameters.
+    moving: BTreeMap<usize, Place>,
 }
 
 impl Geometry {
@@ -127,6 +156,29 @@ impl Geometry {
         self.names.push(name);
         self.positions.push(position);
         index
+    }
+
+    /// Where a node stands for any θ, if parameters move it.
+    pub(super) fn moving(&self, node: usize) -> Option<&Place> {
+        self.moving.get(&node)
+    }
+
+    /// Nodes that parameters move.
+    pub fn moving_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.moving.keys().copied()
+    }
+
+    /// Lets a node stand between two others, at a fraction, wherever these stand.
+    pub(super) fn keep_between(&mut self, node: usize, [a, b]: [usize; 2], fraction: f64) {
+        if self.moving.contains_key(&a) || self.moving.contains_key(&b) {
+            // Arms at the ends do not move.
+            let nominal = [a, b].map(|n| self.positions[n]);
+            let straight = plus(nominal[0], fraction, minus(nominal[1], nominal[0]));
+            let off = minus(self.positions[node], straight);
+            let place = [a, b].map(|n| self.moving.get(&n).cloned().unwrap_or_else(|| still(self.positions[n])));
+            let place = shifted(&between(&place[0], &place[1], fraction), off);
+            self.moving.insert(node, place);
+        }
     }
 
     /// Calls a node by one more name; its own stays the one that is written.
@@ -283,7 +335,9 @@ pub(super) fn constant(s: &Scalar, unit: &str, path: &str, problems: &mut Vec<Pr
 const FARTHEST: f64 = 1e7;
 
 /// Resolves all places; problems are reported together, and a node without a place stands at NaN.
-pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry {
+///
+/// * `known` - the parameters, which coordinates of nodes may name
+pub(super) fn resolve(spec: &ModelSpec, known: &Known<'_>, problems: &mut Vec<Problem>) -> Geometry {
     let mut geometry = Geometry::default();
     if let Some(s) = &spec.symmetry {
         let at = s.at.as_ref().map_or(0.0, |at| constant(at, "m", "symmetry.at", problems));
@@ -300,15 +354,11 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
             lines.insert(name.as_str(), l);
         }
     }
-    let resolver = Resolver { spec, lines, geometry: &geometry };
-    let mut placed: BTreeMap<String, Option<Vector>> = BTreeMap::new();
-    let mut positions = Vec::new();
-    for name in spec.nodes.keys() {
-        let Some(position) = resolver.place(name, &mut placed, problems) else {
-            positions.push([f64::NAN; 3]);
-            continue;
-        };
-        if let Some(far) = position.iter().find(|v| v.abs().partial_cmp(&FARTHEST) != Some(std::cmp::Ordering::Less)) {
+    let nominal = known.parameters.nominal();
+    let places = nodes::places(spec, &lines, &geometry, known, problems);
+    for ((name, node), place) in spec.nodes.iter().zip(places) {
+        let position = place.as_ref().map_or([f64::NAN; 3], |p| at(p, &nominal));
+        if let Some(far) = position.iter().find(|v| !v.is_nan() && v.abs() >= FARTHEST) {
             problems.push(Problem::error(
                 child("nodes", name),
                 format_args!(
@@ -316,13 +366,14 @@ pub(super) fn resolve(spec: &ModelSpec, problems: &mut Vec<Problem>) -> Geometry
                 ),
             ));
         }
-        positions.push(position.map(|v| v.clamp(-FARTHEST, FARTHEST)));
-    }
-    for ((name, node), position) in spec.nodes.iter().zip(positions) {
-        match node {
+        let position = position.map(|v| v.clamp(-FARTHEST, FARTHEST));
+        let index = match node {
             NodeSpec::Rule(NodeRule { coordinate: Some(_), .. }) => geometry.add_coordinate(name.clone(), position),
             _ => geometry.add(name.clone(), position),
         };
+        if let Some(place) = place.filter(|p| p.iter().any(|c| !c.terms.is_empty())) {
+            geometry.moving.insert(index, place);
+        }
     }
     geometry
 }
@@ -392,200 +443,6 @@ fn resolve_line(line: &LineSpec, path: &str, problems: &mut Vec<Problem>) -> Opt
         }
     };
     Some((from, direction))
-}
-
-struct Resolver<'a> {
-    spec: &'a ModelSpec,
-    lines: BTreeMap<&'a str, (Vector, Vector)>,
-    geometry: &'a Geometry,
-}
-
-impl Resolver<'_> {
-    /// The place of a node, found once: a node without one is complained of once. Those that its rule names come first, on a list of
-    /// their own and not by recursion: a chain of rules may be as long as the file.
-    fn place(
-        &self,
-        name: &str,
-        placed: &mut BTreeMap<String, Option<Vector>>,
-        problems: &mut Vec<Problem>,
-    ) -> Option<Vector> {
-        let mut open = vec![name];
-        let mut is_open = HashSet::from([name]);
-        while let Some(&current) = open.last() {
-            let next = self.named(current).find(|n| !placed.contains_key(*n));
-            match next.filter(|_| !placed.contains_key(current)) {
-                Some(next) if is_open.contains(next) => {
-                    let from = open.iter().position(|n| *n == next).unwrap_or(0);
-                    let path = child("nodes", next);
-                    let chain = shortened(&open[from..]);
-                    problems
-                        .push(Problem::error(path, format_args!("its place depends on itself: {chain} -> `{next}`")));
-                    placed.insert(next.to_string(), None);
-                }
-                Some(next) => {
-                    open.push(next);
-                    is_open.insert(next);
-                }
-                None => {
-                    if !placed.contains_key(current) {
-                        let position = self.follow(current, placed, problems);
-                        placed.insert(current.to_string(), position);
-                    }
-                    open.pop();
-                    is_open.remove(current);
-                }
-            }
-        }
-        placed.get(name).copied().flatten()
-    }
-
-    /// The nodes of the file that the rule of a node names.
-    fn named(&self, name: &str) -> impl Iterator<Item = &str> {
-        let rule = match self.spec.nodes.get(name) {
-            Some(NodeSpec::Rule(rule)) => Some(rule).filter(|r| rules(r) == 1),
-            _ => None,
-        };
-        let names = rule.into_iter().flat_map(|r| {
-            let one = r.mirror.iter().chain(&r.from);
-            one.chain(r.between.iter().flatten()).map(String::as_str)
-        });
-        names.filter(|n| self.spec.nodes.contains_key(*n))
-    }
-
-    /// Follows the rule of a node, whose nodes have their places.
-    fn follow(
-        &self,
-        name: &str,
-        placed: &BTreeMap<String, Option<Vector>>,
-        problems: &mut Vec<Problem>,
-    ) -> Option<Vector> {
-        let path = child("nodes", name);
-        let position = match self.spec.nodes.get(name)? {
-            NodeSpec::At(position) => vector(position, "m", &path, problems),
-            NodeSpec::Rule(rule) => {
-                if rules(rule) != 1 {
-                    problems.push(Problem::error(
-                        &path,
-                        "give exactly one of `line`, `frame`, `mirror`, `from`, `between`, `coordinate`, `mesh`, `nearest`, or a position `[x, y, z]`",
-                    ));
-                    return None;
-                }
-                let uses_at = rule.line.is_some() || rule.frame.is_some();
-                for (given, word, owner) in [
-                    (rule.at.is_some() && !uses_at, "at", "`line` or `frame`"),
-                    (rule.offset.is_some() && rule.from.is_none(), "offset", "`from`"),
-                    (rule.fraction.is_some() && rule.between.is_none(), "fraction", "`between`"),
-                ] {
-                    if given {
-                        problems.push(Problem::error(child(&path, word), format_args!("`{word}` goes with {owner}")));
-                    }
-                }
-                let other = |key: &str, other: &str, problems: &mut Vec<Problem>| {
-                    if self.spec.nodes.contains_key(other) {
-                        placed.get(other).copied().flatten()
-                    } else if let Some(place) = on_superelement(self.spec, self.geometry, other) {
-                        Some(place)
-                    } else {
-                        problems.push(unknown(&child(&path, key), "node", other, self.spec.nodes.keys()));
-                        None
-                    }
-                };
-                match rule {
-                    // What is wrong with these was said where the mesh was read.
-                    r if r.mesh.is_some() || r.nearest.is_some() => {
-                        let mesh = self.spec.mesh.as_ref()?.loaded.0.as_ref()?;
-                        mesh.position_of(name)?
-                    }
-                    r if r.line.is_some() => {
-                        let line = r.line.as_deref().unwrap_or_default();
-                        let Some((from, direction)) = self.lines.get(line) else {
-                            if !self.spec.lines.contains_key(line) {
-                                problems.push(unknown(&child(&path, "line"), "line", line, self.spec.lines.keys()));
-                            }
-                            return None;
-                        };
-                        let Some(OneOrThree::One(at)) = &r.at else {
-                            problems.push(Problem::error(&path, "a node on a line needs its distance, `at: 0.4 m`"));
-                            return None;
-                        };
-                        plus(*from, constant(at, "m", &child(&path, "at"), problems), *direction)
-                    }
-                    r if r.frame.is_some() => {
-                        let name = r.frame.as_deref().unwrap_or_default();
-                        let Some(frame) = self.geometry.frames.get(name) else {
-                            if !self.spec.frames.contains_key(name) {
-                                problems.push(unknown(&child(&path, "frame"), "frame", name, self.spec.frames.keys()));
-                            }
-                            return None;
-                        };
-                        let Some(OneOrThree::Three(at)) = &r.at else {
-                            problems
-                                .push(Problem::error(&path, "a node in a frame needs its position, `at: [x, y, z]`"));
-                            return None;
-                        };
-                        frame.to_global(vector(at, "m", &child(&path, "at"), problems))
-                    }
-                    r if r.mirror.is_some() => {
-                        let p = other("mirror", r.mirror.as_deref().unwrap_or_default(), problems)?;
-                        let Some(image) = self.geometry.mirrored(p) else {
-                            problems.push(Problem::error(
-                                child(&path, "mirror"),
-                                "a mirrored node needs the plane: write `symmetry: {normal: y}` at the top of the file",
-                            ));
-                            return None;
-                        };
-                        image
-                    }
-                    NodeRule { coordinate: Some(at), .. } => vector(at, "m", &child(&path, "coordinate"), problems),
-                    r if r.from.is_some() => {
-                        let p = other("from", r.from.as_deref().unwrap_or_default(), problems)?;
-                        let Some(offset) = &r.offset else {
-                            problems.push(Problem::error(&path, "a node beside another needs `offset: [x, y, z]`"));
-                            return None;
-                        };
-                        plus(p, 1.0, vector(offset, "m", &child(&path, "offset"), problems))
-                    }
-                    r => {
-                        let [first, second] = r.between.clone().unwrap_or_default();
-                        let a = other("between[0]", &first, problems);
-                        let b = other("between[1]", &second, problems);
-                        let (a, b) = (a?, b?);
-                        let f =
-                            r.fraction.as_ref().map_or(0.5, |f| constant(f, "1", &child(&path, "fraction"), problems));
-                        plus(a, f, minus(b, a))
-                    }
-                }
-            }
-        };
-        Some(position)
-    }
-}
-
-/// How many rules for its place an entry has.
-fn rules(rule: &NodeRule) -> usize {
-    let given = [
-        rule.line.is_some(),
-        rule.frame.is_some(),
-        rule.mirror.is_some(),
-        rule.from.is_some(),
-        rule.between.is_some(),
-        rule.coordinate.is_some(),
-        rule.mesh.is_some(),
-        rule.nearest.is_some(),
-    ];
-    given.into_iter().filter(|g| *g).count()
-}
-
-/// "`a` -> `b` -> ... -> `z`", at most a line of it.
-fn shortened(names: &[&str]) -> String {
-    const SHOWN: usize = 6;
-    let quoted = |n: &&str| format!("`{n}`");
-    if names.len() <= SHOWN {
-        return names.iter().map(quoted).collect::<Vec<_>>().join(" -> ");
-    }
-    let (first, last) = (&names[..SHOWN / 2], &names[names.len() - SHOWN / 2..]);
-    let join = |part: &[&str]| part.iter().map(quoted).collect::<Vec<_>>().join(" -> ");
-    format!("{} -> ({} more) -> {}", join(first), names.len() - SHOWN, join(last))
 }
 
 /// "node `n6a` is not defined; did you mean `n6`?"

@@ -45,6 +45,9 @@ mod mesh_file;
 #[cfg(test)]
 mod mesh_tests;
 mod motion_kinds;
+mod moving;
+#[cfg(test)]
+mod moving_tests;
 mod open_section;
 mod outwards;
 #[cfg(test)]

@@ -5,6 +5,7 @@ mod edges;
 mod ends;
 mod lumps;
 mod mesh;
+mod moving;
 mod overrides;
 mod parameters;
 mod plies;
@@ -14,19 +15,20 @@ mod superelements;
 mod supports;
 mod ties;
 
-pub(super) use parameters::parameters;
+pub(super) use parameters::{Known, parameters};
 pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, plus, turned, unit, unknown, vector};
 use super::inside::{counted_name, point_name, stretch, stretch_name};
+use super::moving::EndMotion;
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};
 use super::registry::Registry;
 use super::spec::{MemberSpec, ModelSpec, Named, SectionSpec};
 use super::value::{Affine, Value};
 use crate::element::{Axes, Element};
+use crate::units::Dimension;
 use crate::units::Scalar;
-use crate::units::{Dimension, Unit};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -51,12 +53,15 @@ pub(super) struct Placed {
     pub(super) patches: Vec<String>,
     /// Number of nodes that have names: those of the file and of superelements.
     pub(super) n_named: usize,
+    /// How nodes move that parameters move, or what carries them.
+    pub(super) moved: BTreeMap<usize, EndMotion>,
 }
 
 /// Places everything; all problems are collected.
 pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Problem>) -> Placed {
-    let geometry = super::geometry::resolve(spec, problems);
     let (parameters, dimensions) = parameters(spec, problems);
+    let known = Known { spec, parameters: &parameters, dimensions: &dimensions };
+    let geometry = super::geometry::resolve(spec, &known, problems);
     let mut placer = Placer {
         spec,
         registry,
@@ -93,7 +98,8 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     sites.dedup();
     axes::check(&elements, &parameters, problems);
     edges::straighten(&mut elements);
-    Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named }
+    let moved = moving::follow(spec, &geometry, &parameters, &mut elements, problems);
+    Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named, moved }
 }
 
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.
@@ -161,34 +167,8 @@ impl Placer<'_> {
 
     /// A scalar as a function of θ, in the unit of the property.
     fn affine(&mut self, scalar: &Scalar, unit: &str, path: &str) -> Option<Affine> {
-        if let Some(word) = scalar.words_behind_numbers().find(|word| self.parameters.index_of(word).is_some()) {
-            let text = scalar.text();
-            self.error(path, format_args!("`{word}` reads as a unit in `{text}`, and is a parameter as well; write the parameter first, `{word} * …`"));
-            return None;
-        }
-        match scalar.affine_in(unit, &|name| self.dimensions.get(name).copied()) {
-            Ok((constant, terms)) => {
-                let mut affine = Affine { constant, terms: Vec::new() };
-                for (name, factor) in terms {
-                    if let Some(i) = self.parameters.index_of(&name) {
-                        affine.terms.push((i, factor));
-                    } else {
-                        let mut problem = unknown(path, "parameter", &name, self.spec.parameters.keys());
-                        if Unit::parse(&name).is_ok() {
-                            let hint = format!("; a unit stands behind a number, `1 {name}`");
-                            problem.message.push_str(&hint);
-                        }
-                        self.problems.push(problem);
-                        return None;
-                    }
-                }
-                Some(affine)
-            }
-            Err(e) => {
-                self.error(path, e);
-                None
-            }
-        }
+        let known = Known { spec: self.spec, parameters: self.parameters, dimensions: self.dimensions };
+        known.affine(scalar, unit, path, self.problems)
     }
 
     fn entry<'b>(
@@ -273,7 +253,7 @@ impl Placer<'_> {
             nodes,
             arms: entry.arms.clone(),
             axes,
-            is_oriented: entry.orientation.is_some(),
+            orientation: entry.orientation,
             turn: entry.turn,
             points,
             values: Arc::clone(&entry.values),
@@ -281,6 +261,7 @@ impl Placer<'_> {
             mass_factor: None,
             stiffness_damping: None,
             mass_damping: None,
+            moving: None,
             path: entry.path.to_string(),
             section: entry.section.map(str::to_string),
             matrices: None,
@@ -424,6 +405,7 @@ impl Placer<'_> {
             name.push('\'');
         }
         let node = self.geometry.add(name, plus(pa, f, minus(pb, pa)));
+        self.geometry.keep_between(node, [a, b], f);
         self.geometry.call(counted_name(element, part), node);
         node
     }

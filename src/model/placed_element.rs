@@ -1,6 +1,7 @@
 //! Elements and held dofs in their places, with property values as functions of θ.
 
 use super::geometry::{GLOBAL, Rotation, Vector, plus};
+use super::moving::Moving;
 use super::placed_matrices::{PlacedMatrices, Superelement};
 use super::value::Value;
 use crate::element::{Element, ElementInput};
@@ -20,8 +21,8 @@ pub struct PlacedElement {
     pub arms: Vec<[f64; 3]>,
     /// Its axes.
     pub axes: Rotation,
-    /// Whether the file states the direction of its z axis; else it is the default.
-    pub is_oriented: bool,
+    /// The direction near its z axis, where the file states it; else that is the default.
+    pub orientation: Option<Vector>,
     /// How far its axes are turned about x from the stated or default ones, to the principal axes of its cross-section, rad.
     pub turn: f64,
     /// Positions of its nodes in its axes, relative to the first, m.
@@ -36,6 +37,8 @@ pub struct PlacedElement {
     pub stiffness_damping: Option<Value>,
     /// Viscous damping per mass, 1/s: C = ... + factor M.
     pub mass_damping: Option<Value>,
+    /// How its ends move, where coordinates of its nodes name parameters.
+    pub(super) moving: Option<Arc<Moving>>,
     /// Path of its entry in the file.
     pub path: String,
     /// Name of its section, if any.
@@ -60,7 +63,7 @@ impl PlacedElement {
             nodes: Vec::new(),
             arms: Vec::new(),
             axes: GLOBAL,
-            is_oriented: false,
+            orientation: None,
             turn: 0.0,
             points: Vec::new(),
             values: Arc::default(),
@@ -68,13 +71,14 @@ impl PlacedElement {
             mass_factor,
             stiffness_damping: None,
             mass_damping: None,
+            moving: None,
             path: path.to_string(),
             section: None,
             matrices: Some(matrices),
         }
     }
 
-    /// Everything that θ may move in it: property values and factors.
+    /// Everything that θ may change in it: property values, factors and places of its ends.
     pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
         self.values
             .iter()
@@ -83,6 +87,7 @@ impl PlacedElement {
             .chain(&self.mass_factor)
             .chain(&self.stiffness_damping)
             .chain(&self.mass_damping)
+            .chain(self.moving.iter().flat_map(|m| m.expressions()))
     }
 
     /// Whether it is one of a mesh: a shell or a solid.
@@ -116,7 +121,29 @@ impl PlacedElement {
         self.arms.get(k).copied().unwrap_or_default()
     }
 
-    /// Where its ends are, global, m.
+    /// Where its ends are at θ, global, m: where the dofs are that its matrices stand for.
+    ///
+    /// * `positions` - of the nodes of the model, at the estimates
+    pub(super) fn ends_at(&self, positions: &[Vector], theta: &[f64]) -> Vec<Vector> {
+        let mut ends = self.ends(positions);
+        if let Some(moving) = &self.moving {
+            moving.carry(&mut ends, theta);
+        }
+        ends
+    }
+
+    /// Where its ends are at θ, global, m, the arms of links that parameters change among it.
+    ///
+    /// * `positions` - of the nodes of the model, at the estimates
+    pub(super) fn tips_at(&self, positions: &[Vector], theta: &[f64]) -> Vec<Vector> {
+        let mut ends = self.ends_at(positions, theta);
+        if let Some(moving) = &self.moving {
+            moving.step_beside(&mut ends, theta);
+        }
+        ends
+    }
+
+    /// Where its ends are at the estimates, global, m.
     ///
     /// * `positions` - of the nodes of the model
     pub(super) fn ends(&self, positions: &[Vector]) -> Vec<Vector> {

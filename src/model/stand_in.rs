@@ -347,7 +347,8 @@ impl StandIn {
                 for (monomial, matrices) in terms.into_iter().flatten() {
                     let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
                     let monomial = Monomial { powers };
-                    placed.change.add_rigid_mass_of(part, &matrices, &mut sum.term(&monomial).rigid);
+                    // An element that parameters move has no terms.
+                    placed.change.add_rigid_mass_of(part, &[], &matrices, &mut sum.term(&monomial).rigid);
                     match placed.change.motion(part) {
                         Some(connection) => {
                             let new = || Projection::new(&rows, &motion, n_rigid);

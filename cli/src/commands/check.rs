@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Check) -> Result<u8, Failure> {
                 "x": e.axes[0],
                 "y": e.axes[1],
                 "z": e.axes[2],
-                "is_default": !e.is_oriented,
+                "is_default": e.orientation.is_none(),
             })).collect::<Vec<_>>(),
         }));
     }
@@ -179,7 +179,7 @@ fn describe_axes(model: &Model, out: &mut String) {
     let mut lines: Vec<(String, Vec<&str>)> = Vec::new();
     for e in axes(model) {
         let entry = e.path.split_once('.').map_or(e.path.as_str(), |(_, name)| name);
-        let how = if e.is_oriented { "stated" } else { "default" };
+        let how = if e.orientation.is_some() { "stated" } else { "default" };
         let turned = if e.turn == 0.0 {
             String::new()
         } else {

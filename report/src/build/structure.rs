@@ -205,7 +205,7 @@ pub(crate) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
             if e.kind.axes() == Axes::AlongNodes && e.kind.nodes().concat().contains(&Dof::Ry) {
                 z_axis = Some(e.axes[2].map(|c| (c * 1e4).round() / 1e4));
                 let [x, y, z] = e.axes[2].map(|c| format!("{:.3}", if c.abs() < 5e-4 { 0.0 } else { c }));
-                let how = if e.is_oriented { "stated" } else { "default" };
+                let how = if e.orientation.is_some() { "stated" } else { "default" };
                 let how = if e.turn == 0.0 { how.to_string() } else { format!("{how}, turned to principal axes") };
                 properties.push(Property::new("z axis of the section", format!("{x}, {y}, {z} ({how})")));
             }

@@ -109,6 +109,7 @@ impl Additions {
             ] {
                 *factor = factor.as_ref().map(alone);
             }
+            element.moving = element.moving.as_ref().and_then(|m| m.map(alone)).map(Arc::new);
             let before = self.known.get(&element.name).copied();
             if element.matrices.is_some() {
                 // A change brings no superelement.

@@ -34,6 +34,7 @@ pub(super) fn stands_as(after: &PlacedElement, before: &PlacedElement) -> bool {
     let shape = |e: &PlacedElement| (e.kind.name(), e.axes, e.turn);
     shape(after) == shape(before)
         && (&after.nodes, &after.arms, &after.points) == (&before.nodes, &before.arms, &before.points)
+        && after.moving == before.moving
 }
 
 /// An element without factors.

@@ -29,7 +29,7 @@ impl Model {
     ) -> Result<(), ModelError> {
         let element = &self.elements[element];
         if !element.nodes.iter().any(|n| self.geometry.is_coordinate(*n)) {
-            let at = element.ends(&self.geometry.positions);
+            let at = element.ends_at(&self.geometry.positions, theta);
             add_rigid_mass(rigid, 1.0, &weighed_mass(element, theta)?, &element.axes, &at);
         }
         Ok(())

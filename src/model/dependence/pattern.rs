@@ -105,13 +105,14 @@ pub(in crate::model) fn dependences<R: Send>(
 /// Elements of one type with the same properties, in their order; each on its own where its properties are those of no other.
 fn sections(elements: &[PlacedElement], of: &[usize]) -> Vec<Vec<usize>> {
     let mut out: Vec<Vec<usize>> = Vec::new();
-    let mut known: HashMap<(usize, &str), Vec<usize>> = HashMap::new();
+    let mut known: HashMap<(usize, &str, bool), Vec<usize>> = HashMap::new();
     for &e in of {
         let element = &elements[e];
         let factors = |e: &PlacedElement| {
             [&e.stiffness_factor, &e.mass_factor, &e.stiffness_damping, &e.mass_damping].map(Clone::clone)
         };
-        let alike = known.entry((Arc::as_ptr(&element.values) as usize, element.kind.name())).or_default();
+        let key = (Arc::as_ptr(&element.values) as usize, element.kind.name(), element.moving.is_some());
+        let alike = known.entry(key).or_default();
         match alike.iter().find(|&&s| factors(&elements[out[s][0]]) == factors(element)) {
             Some(&section) => out[section].push(e),
             None => {

@@ -18,7 +18,7 @@ pub(super) const ALL_CHECKS: usize = CHECKS.len();
 
 /// An element at points of its parameters, evaluated once each.
 pub(super) struct Samples<'a> {
-    element: &'a PlacedElement,
+    pub(super) element: &'a PlacedElement,
     theta: Vec<f64>,
     /// The parameters it depends on, their values at the base, and how far each may be moved within its bounds.
     pub(super) used: Vec<usize>,

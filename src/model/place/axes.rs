@@ -34,7 +34,7 @@ fn is_vertical(x: Vector) -> bool {
 pub(super) fn check(elements: &[PlacedElement], parameters: &ParameterSet, problems: &mut Vec<Problem>) {
     let thetas = probes(parameters);
     let mut said: HashSet<&str> = HashSet::new();
-    for e in elements.iter().filter(|e| e.kind.axes() == Axes::AlongNodes && !e.is_oriented) {
+    for e in elements.iter().filter(|e| e.kind.axes() == Axes::AlongNodes && e.orientation.is_none()) {
         let x = e.axes[0];
         let sine = x[0].hypot(x[1]);
         if !(VERTICAL..INCLINED).contains(&sine) || said.contains(e.path.as_str()) {
@@ -63,7 +63,7 @@ pub(super) fn check(elements: &[PlacedElement], parameters: &ParameterSet, probl
         }
         let Some(carried) = carried(&e.axes, f.axes[0]) else { continue };
         let turn = angle(&f.axes, &carried);
-        let changes_rule = !e.is_oriented && is_vertical(e.axes[0]) != is_vertical(f.axes[0]);
+        let changes_rule = e.orientation.is_none() && is_vertical(e.axes[0]) != is_vertical(f.axes[0]);
         if (changes_rule || turn.abs() > TURNED_OVER) && differs(f, turn, &thetas) {
             said.insert(&e.path);
             let why = if changes_rule {

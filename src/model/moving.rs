@@ -1,0 +1,175 @@
+//! Elements whose nodes stand where parameters say.
+//!
+//! The dofs of a model stay those of its nodes at the estimates; what moves is in the matrices. An element is asked for them where it stands at θ, and
+//! they are brought back to the axes and the ends that it has at the estimates:
+//!
+//! ```text
+//! K(θ) = Bᵀ K_θ B,    u_θ = R_θ R_0ᵀ u + R_θ ((R_0ᵀ φ) × b),    φ_θ = R_θ R_0ᵀ φ
+//! ```
+//!
+//! R are its axes (rows), u and φ the displacement and the rotation of an end, b how far the end lies beside the point that the dofs stand for. That is
+//! zero but for the slave of a rigid link, which the arm between them at the estimates carries: b is what has been added to that arm.
+
+use super::PointMotion;
+use super::affine::Affine;
+use super::connection::turns;
+use super::geometry::{Rotation, Vector, axes_along, dot, minus, plus, turned};
+use super::placed_element::PlacedElement;
+use super::value::Value;
+use crate::element::{Axes, ElementError};
+use crate::linalg::{DMatrix, SymMatrix};
+use std::borrow::Cow;
+
+/// How one end moves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct EndMotion {
+    /// How far the point moves that its dofs stand for, global, m.
+    pub(super) carried: [Value; 3],
+    /// How far the end lies beside that point then, global, m.
+    pub(super) beside: [Value; 3],
+}
+
+/// How the ends of an element move.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Moving {
+    /// By end.
+    ends: Vec<EndMotion>,
+    /// The direction near its z axis, where its x axis follows its nodes.
+    near: Vector,
+}
+
+/// Three expressions.
+pub(super) fn expressions(of: [Affine; 3]) -> [Value; 3] {
+    of.map(Value::of)
+}
+
+impl Moving {
+    pub(super) fn new(ends: Vec<EndMotion>, near: Vector) -> Self {
+        Self { ends, near }
+    }
+
+    pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
+        self.ends.iter().flat_map(|end| end.carried.iter().chain(&end.beside))
+    }
+
+    /// The same with other expressions; `None` where nothing moves then.
+    pub(super) fn map(&self, of: impl Fn(&Value) -> Value) -> Option<Self> {
+        let all = |v: &[Value; 3]| [0, 1, 2].map(|i| of(&v[i]));
+        let ends = self.ends.iter().map(|e| EndMotion { carried: all(&e.carried), beside: all(&e.beside) });
+        let mapped = Self { ends: ends.collect(), near: self.near };
+        let stays = |v: &Value| v.parameters().next().is_none() && v.at(&[]) == 0.0;
+        let moves = !mapped.expressions().all(stays);
+        moves.then_some(mapped)
+    }
+
+    /// Moves ends by the change of the arms that carry them.
+    pub(super) fn step_beside(&self, ends: &mut [Vector], theta: &[f64]) {
+        for (place, end) in ends.iter_mut().zip(&self.ends) {
+            *place = plus(*place, 1.0, at(&end.beside, theta));
+        }
+    }
+
+    /// Moves the points that the dofs stand for.
+    pub(super) fn carry(&self, ends: &mut [Vector], theta: &[f64]) {
+        for (place, end) in ends.iter_mut().zip(&self.ends) {
+            *place = plus(*place, 1.0, at(&end.carried, theta));
+        }
+    }
+}
+
+impl EndMotion {
+    /// The motion of a node by the rows of K, from that at the estimates.
+    ///
+    /// * `rows` - of the six dofs where the node is at the estimates
+    pub(super) fn point(&self, mut rows: [Vec<(usize, f64)>; 6], position: Vector, theta: &[f64]) -> PointMotion {
+        let beside = at(&self.beside, theta);
+        for axis in 0..3 {
+            for (turn, lever) in turns(axis, beside).into_iter().filter(|t| t.1 != 0.0) {
+                let turned: Vec<_> = rows[turn as usize].iter().map(|&(row, factor)| (row, lever * factor)).collect();
+                rows[axis].extend(turned);
+            }
+        }
+        PointMotion { rows, position: plus(plus(position, 1.0, at(&self.carried, theta)), 1.0, beside) }
+    }
+}
+
+fn at(v: &[Value; 3], theta: &[f64]) -> Vector {
+    [0, 1, 2].map(|i| v[i].at(theta))
+}
+
+/// Where an element stands.
+pub(super) struct Stand<'a> {
+    /// Positions of its nodes in its axes, relative to the first, m.
+    pub(super) points: Cow<'a, [[f64; 3]]>,
+    /// Its axes.
+    pub(super) axes: Rotation,
+    /// B, (6 nodes x 6 nodes); `None` where it stands as at the estimates.
+    back: Option<DMatrix<f64>>,
+}
+
+impl PlacedElement {
+    /// Where it stands at θ.
+    ///
+    /// # Errors
+    /// It has no length there, or lies along the direction that its z axis is to be near.
+    pub(super) fn stand(&self, theta: &[f64]) -> Result<Stand<'_>, ElementError> {
+        let Some(moving) = &self.moving else {
+            return Ok(Stand { points: Cow::Borrowed(&self.points), axes: self.axes, back: None });
+        };
+        let beside: Vec<Vector> = moving.ends.iter().map(|end| at(&end.beside, theta)).collect();
+        let steps = moving.ends.iter().zip(&beside).map(|(end, b)| plus(at(&end.carried, theta), 1.0, *b));
+        // Relative to the first end at the estimates, global.
+        let to_global = |p: &Vector| (0..3).fold([0.0; 3], |sum, i| plus(sum, p[i], self.axes[i]));
+        let ends: Vec<Vector> = self.points.iter().zip(steps).map(|(p, step)| plus(to_global(p), 1.0, step)).collect();
+        let axes = match self.kind.axes() {
+            Axes::Given => self.axes,
+            Axes::AlongNodes => {
+                let along = minus(ends[1], ends[0]);
+                if dot(along, along) == 0.0 {
+                    return Err(ElementError::ZeroLength);
+                }
+                let axes = axes_along(along, moving.near);
+                let parallel = || ElementError::External("it lies along its `orientation`".to_string());
+                turned(axes.ok_or_else(parallel)?, self.turn)
+            }
+        };
+        let points = ends.iter().map(|p| axes.map(|axis| dot(axis, minus(*p, ends[0])))).collect();
+        let n = self.nodes.len();
+        let mut back = DMatrix::zeros(6 * n, 6 * n);
+        for (k, b) in beside.iter().enumerate() {
+            for i in 0..3 {
+                for j in 0..3 {
+                    let turn = dot(axes[i], self.axes[j]);
+                    back[(6 * k + i, 6 * k + j)] = turn;
+                    back[(6 * k + 3 + i, 6 * k + 3 + j)] = turn;
+                    // Axis j of the rotation, in global axes, times the arm.
+                    back[(6 * k + i, 6 * k + 3 + j)] = dot(axes[i], super::geometry::cross(self.axes[j], *b));
+                }
+            }
+        }
+        Ok(Stand { points: Cow::Owned(points), axes, back: Some(back) })
+    }
+}
+
+impl Stand<'_> {
+    /// A matrix of the element where it stands, in the axes and at the ends that it has at the estimates.
+    pub(super) fn brought_back(&self, matrix: SymMatrix) -> SymMatrix {
+        match &self.back {
+            Some(b) => SymMatrix::from_dense(&(b.transpose() * matrix.to_dense() * b)),
+            None => matrix,
+        }
+    }
+
+    /// The motion of a point of it by its dofs: rows by dofs where it stands become rows by those at the estimates.
+    pub(super) fn of_dofs(&self, rows: &[[f64; 12]; 6]) -> [[f64; 12]; 6] {
+        let Some(b) = &self.back else { return *rows };
+        let n = b.nrows().min(12);
+        rows.map(|row| {
+            let mut out = [0.0; 12];
+            for (j, to) in out.iter_mut().enumerate().take(n) {
+                *to = (0..n).map(|i| row[i] * b[(i, j)]).sum();
+            }
+            out
+        })
+    }
+}

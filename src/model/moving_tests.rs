@@ -1,0 +1,127 @@
+//! Coordinates that are parameters: at every θ the model is the one that stands there.
+
+use super::{Model, ParametricModel, Registry, load};
+use crate::linalg::DMatrix;
+use crate::yaml::Severity;
+
+const VALUES: [(&str, f64); 4] = [("reach", 0.8), ("height", 0.5), ("aside", 0.4), ("arm", 0.15)];
+
+/// A swept frame: a node that moves in two directions, one beside it, one between, a mirror image, the slave of a rigid link, and a stay.
+fn frame(values: &[(&str, f64)], more: &str) -> Model {
+    let parameters = values.iter().map(|(name, v)| format!("{name}: {{value: {v} m, bounds: [0.05 m, 3 m]}}"));
+    let text = format!(
+        "retune: 1\nname: moved\nsymmetry: {{normal: y}}\nparameters: {{{}}}\nframes: {{turned: {{rotate: {{z: 30 deg}}}}}}\n\
+         lines: {{spar: {{from: [0, 0, 0], direction: +x}}}}\n\
+         nodes:\n  root: [0, 0, 0]\n  knee: [reach, 0, 0.2*height + 0.1 m]\n  tip: {{from: knee, offset: [0.3, aside, -0.05]}}\n  \
+         left: {{mirror: tip}}\n  half: {{between: [knee, tip], fraction: 0.25}}\n  far: {{line: spar, at: 2*reach}}\n  \
+         post: {{frame: turned, at: [0.1, 0, height]}}\n  body: {{from: knee, offset: [arm, 0.02, 0.3]}}\n\
+         sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 300 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 0.01 kg m}}}}\n\
+         beams:\n  stem: {{nodes: [root, knee], section: s, subdivide: 3}}\n  right: {{chain: [knee, half, tip], section: s, orientation: [1, 0, 1]}}\n  \
+         left: {{nodes: [knee, left], section: s}}\n  boom: {{nodes: [knee, far], section: s, offsets: [[0, 0, 0.05], [0, 0, 0.05]]}}\n  \
+         strut: {{nodes: [body, post], section: s}}\n\
+         bars: {{stay: {{nodes: [root, tip], properties: {{EA: 2e4 N, mass_per_length: 0.1 kg/m}}}}}}\n\
+         masses: {{lump: {{node: body, mass: 2 kg, inertia: {{xx: 0.1 kg m2, yy: 0.2 kg m2, zz: 0.3 kg m2}}, offset: [0.01, 0.02, 0.03]}}}}\n\
+         springs: {{ground: {{node: tip, k: {{uz: 500 N/m}}}}}}\n\
+         rigid_links: {{arm: {{master: knee, slaves: [body]}}}}\nsupports: {{root: {{node: root}}}}\n{more}",
+        parameters.collect::<Vec<_>>().join(", ")
+    );
+    load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].render("f"))).0
+}
+
+fn close(a: &DMatrix<f64>, b: &DMatrix<f64>, part: f64) -> bool {
+    (a - b).amax() <= part * b.amax()
+}
+
+const ELSEWHERE: [f64; 4] = [1.1, 0.9, 0.25, 0.4];
+
+fn there() -> Model {
+    let names = VALUES.map(|(name, _)| name);
+    frame(&names.into_iter().zip(ELSEWHERE).collect::<Vec<_>>(), "")
+}
+
+#[test]
+fn at_every_theta_the_model_is_the_one_that_stands_there() {
+    let (here, there) = (frame(&VALUES, ""), there());
+    let (moved, built) = (here.assemble(&ELSEWHERE).unwrap(), there.assemble(&ELSEWHERE).unwrap());
+    assert!(close(&moved.stiffness, &built.stiffness, 1e-12));
+    assert!(close(&moved.mass, &built.mass, 1e-12));
+    assert!(!close(&here.assemble(&VALUES.map(|v| v.1)).unwrap().stiffness, &built.stiffness, 0.01));
+    let [moved, built] = [&here, &there].map(|m| m.mass_properties(&ELSEWHERE).unwrap().unwrap());
+    assert!((moved.mass - built.mass).abs() < 1e-12 * built.mass);
+    for i in 0..3 {
+        assert!((moved.cg[i] - built.cg[i]).abs() < 1e-12, "{:?} {:?}", moved.cg, built.cg);
+        for j in 0..3 {
+            assert!((moved.inertia[i][j] - built.inertia[i][j]).abs() < 1e-11);
+        }
+    }
+    let sparse = here.assemble_sparse(&ELSEWHERE).unwrap();
+    assert!(close(&sparse.stiffness.to_dense(), &there.assemble(&ELSEWHERE).unwrap().stiffness, 1e-12));
+}
+
+/// What is measured: at nodes, on an arm, inside a member.
+#[test]
+fn points_move_with_what_they_sit_on() {
+    let (here, there) = (frame(&VALUES, ""), there());
+    let same = |a: &super::PointMotion, b: &super::PointMotion| {
+        let n = here.dof_map().n_dof();
+        let dense = |rows: &[Vec<(usize, f64)>; 6]| {
+            let mut out = DMatrix::<f64>::zeros(6, n);
+            rows.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|&(j, f)| out[(i, j)] += f));
+            out
+        };
+        (0..3).all(|i| (a.position[i] - b.position[i]).abs() < 1e-12)
+            && (dense(&a.rows) - dense(&b.rows)).amax() < 1e-12
+    };
+    for node in ["knee", "tip", "left", "half", "far", "post", "body", "stem/0.3333"] {
+        let of = |m: &Model| {
+            let index = m.geometry().node(node).unwrap_or_else(|| panic!("{node}"));
+            m.node_at(index, &ELSEWHERE).unwrap().unwrap_or_else(|| panic!("{node}"))
+        };
+        assert!(same(&of(&here), &of(&there)), "{node}");
+    }
+    assert!(here.node_at(here.geometry().node("root").unwrap(), &ELSEWHERE).unwrap().is_none());
+    for element in ["stem", "right.2", "left", "boom", "strut"] {
+        let of = |m: &Model| m.point_at(element, 0.4, &ELSEWHERE).unwrap().unwrap();
+        assert!(same(&of(&here), &of(&there)), "{element}");
+    }
+}
+
+#[test]
+fn the_slopes_are_those_of_differences() {
+    let model = frame(&VALUES, "");
+    for j in 0..VALUES.len() {
+        let at = |step: f64| {
+            let mut theta = ELSEWHERE;
+            theta[j] += step;
+            model.assemble(&theta).unwrap()
+        };
+        let (slope, h) = (model.assemble_derivative(&ELSEWHERE, j).unwrap(), 1e-4);
+        let difference = (at(h).stiffness - at(-h).stiffness) / (2.0 * h);
+        assert!(close(&slope.stiffness, &difference, 1e-5), "{j}");
+    }
+}
+
+#[test]
+fn what_has_fixed_arms_refuses_a_node_that_moves() {
+    let refused = |more: &str, path: &str, says: &str| {
+        let text = format!(
+            "retune: 1\nname: m\nparameters: {{x: {{value: 1 m, bounds: [0.5 m, 2 m]}}}}\nnodes: {{a: [0, 0, 0], b: [x, 0, 0], c: [2, 0, 0]}}\n\
+             sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 100 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 1 kg m}}}}\n\
+             beams: {{m: {{chain: [a, b], section: s}}, n: {{nodes: [b, c], section: s}}}}\n{more}"
+        );
+        let problems = match load(&text, &Registry::builtin()) {
+            Ok((_, problems, _)) => problems,
+            Err(problems) => problems,
+        };
+        let found = problems.iter().find(|p| p.severity == Severity::Error && p.path == path);
+        let found = found.unwrap_or_else(|| panic!("{path}: {problems:?}"));
+        assert!(found.message.contains(says), "{}", found.message);
+    };
+    refused("rigid_links: {l: {master: a, slaves: [b], dofs: [ux, uy, rz]}}\n", "rigid_links.l", "link all six");
+    refused("weighted_links: {w: {node: b, of: [{nodes: [a, c]}]}}\n", "weighted_links.w", "fixed arms");
+    refused(
+        "rigid_links: {l: {master: c, slaves: [b]}}\nsupports: {p: {node: b, fixed: [uz]}}\n",
+        "supports.p",
+        "hold or constrain the master",
+    );
+}
