@@ -4,8 +4,8 @@ use super::flow;
 use crate::catalogue::did_you_mean;
 use crate::model::Parameter;
 use crate::model::spec::{
-    ConfigurationSpec, ElementSpec, MassSpec, ModelSpec, Named, NodeSpec, OverrideSpec, ParameterSpec, RigidLinkSpec,
-    SpringSpec, SupportSpec,
+    ConfigurationSpec, ElementSpec, MassSpec, ModelSpec, Named, NodeOffsetSpec, NodeSpec, OverrideSpec, ParameterSpec,
+    RigidLinkSpec, SpringSpec, SupportSpec,
 };
 use crate::units::Scalar;
 use crate::yaml::{self, Problem};
@@ -94,6 +94,13 @@ pub enum Edit {
         /// What stands there.
         entry: NodeSpec,
     },
+    /// To `node_offsets`.
+    AddNodeOffset {
+        /// Its name.
+        name: String,
+        /// What stands there.
+        entry: NodeOffsetSpec,
+    },
     /// To `masses`.
     AddMass {
         /// Its name.
@@ -158,6 +165,7 @@ impl Edit {
         let word = match self {
             Edit::AddParameter(_) => "parameters",
             Edit::AddNode { .. } => "nodes",
+            Edit::AddNodeOffset { .. } => "node_offsets",
             Edit::AddMass { .. } => "masses",
             Edit::AddSpring { .. } => "springs",
             Edit::AddElement { .. } => "elements",
@@ -175,6 +183,7 @@ impl Edit {
         match self {
             Edit::AddParameter(p) => &p.name,
             Edit::AddNode { name, .. }
+            | Edit::AddNodeOffset { name, .. }
             | Edit::AddMass { name, .. }
             | Edit::AddSpring { name, .. }
             | Edit::AddElement { name, .. }
@@ -191,6 +200,7 @@ impl Edit {
         match self {
             Edit::AddParameter(p) => flow::value(&p.spec()),
             Edit::AddNode { entry, .. } => flow::value(entry),
+            Edit::AddNodeOffset { entry, .. } => flow::value(entry),
             Edit::AddMass { entry, .. } => flow::value(entry),
             Edit::AddSpring { entry, .. } => flow::value(entry),
             Edit::AddElement { entry, .. } => flow::value(entry),
@@ -238,6 +248,7 @@ impl Edit {
             }
             Edit::AddParameter(p) => insert(&mut spec.parameters, block, &p.name, &p.spec()),
             Edit::AddNode { name, entry } => insert(&mut spec.nodes, block, name, entry),
+            Edit::AddNodeOffset { name, entry } => insert(&mut spec.node_offsets, block, name, entry),
             Edit::AddMass { name, entry } => insert(&mut spec.masses, block, name, entry),
             Edit::AddSpring { name, entry } => insert(&mut spec.springs, block, name, entry),
             Edit::AddElement { name, entry } => insert(&mut spec.elements, block, name, entry),

@@ -46,6 +46,7 @@ mod mass_lumping;
 mod mass_offset;
 mod member_eccentricity;
 mod membrane_preload;
+mod node_position;
 mod patch;
 mod point_mass;
 mod point_rotary_inertia;
@@ -107,6 +108,7 @@ catalogue! {
     mass_offset::MassOffset,
     member_eccentricity::MemberEccentricity,
     membrane_preload::MembranePreload,
+    node_position::NodePosition,
     point_mass::PointMass,
     point_rotary_inertia::PointRotaryInertia,
     rigid_end::RigidEnd,

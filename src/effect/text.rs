@@ -13,7 +13,7 @@ use serde_json::Value;
 use std::ops::Range;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 29] = [
+const ORDER: [&str; 31] = [
     "retune",
     "name",
     "description",
@@ -24,6 +24,7 @@ const ORDER: [&str; 29] = [
     "lines",
     "mesh",
     "nodes",
+    "node_offsets",
     "sections",
     "beams",
     "bars",
@@ -37,6 +38,7 @@ const ORDER: [&str; 29] = [
     "weighted_links",
     "ties",
     "supports",
+    "preloads",
     "constraints",
     "groups",
     "targets",
@@ -267,6 +269,7 @@ pub fn undo(text: &str) -> Result<Undone, PatchError> {
             (Some(c), _) => drop(spec.configurations[&c].overrides.shift_remove(name)),
             (None, "parameters") => drop(spec.parameters.shift_remove(name)),
             (None, "nodes") => drop(spec.nodes.shift_remove(name)),
+            (None, "node_offsets") => drop(spec.node_offsets.shift_remove(name)),
             (None, "masses") => drop(spec.masses.shift_remove(name)),
             (None, "springs") => drop(spec.springs.shift_remove(name)),
             (None, "elements") => drop(spec.elements.shift_remove(name)),

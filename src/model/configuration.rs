@@ -102,6 +102,7 @@ impl ModelSpec {
         let was_massless = self.supports.shift_remove(name).is_some()
             || self.springs.shift_remove(name).is_some()
             || self.bushings.shift_remove(name).is_some()
+            || self.node_offsets.shift_remove(name).is_some()
             || self.rigid_links.shift_remove(name).is_some()
             || self.weighted_links.shift_remove(name).is_some()
             || self.ties.shift_remove(name).is_some()
@@ -148,6 +149,7 @@ impl ModelSpec {
         names.extend(self.supports.keys().map(String::as_str));
         names.extend(self.springs.keys().map(String::as_str));
         names.extend(self.bushings.keys().map(String::as_str));
+        names.extend(self.node_offsets.keys().map(String::as_str));
         names.extend(self.rigid_links.keys().map(String::as_str));
         names.extend(self.weighted_links.keys().map(String::as_str));
         names.extend(self.ties.keys().map(String::as_str));

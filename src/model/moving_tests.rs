@@ -109,10 +109,7 @@ fn what_has_fixed_arms_refuses_a_node_that_moves() {
              sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 100 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 1 kg m}}}}\n\
              beams: {{m: {{chain: [a, b], section: s}}, n: {{nodes: [b, c], section: s}}}}\n{more}"
         );
-        let problems = match load(&text, &Registry::builtin()) {
-            Ok((_, problems, _)) => problems,
-            Err(problems) => problems,
-        };
+        let problems = load(&text, &Registry::builtin()).map_or_else(|p| p, |loaded| loaded.1);
         let found = problems.iter().find(|p| p.severity == Severity::Error && p.path == path);
         let found = found.unwrap_or_else(|| panic!("{path}: {problems:?}"));
         assert!(found.message.contains(says), "{}", found.message);

@@ -14,7 +14,7 @@ mod superelements;
 
 pub use links::{ImportedSpec, TieSpec, WeightedLinkSpec, WeightedNodes};
 pub use mesh::{MeshPartSpec, MeshSpec};
-pub use places::{FrameSpec, LineSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
+pub use places::{FrameSpec, LineSpec, NodeOffsetSpec, NodeRule, NodeSpec, OneOrThree, RotateSpec};
 pub use preloads::{ForceSpec, SpinSpec, StaticPreloadSpec};
 pub use sections::{SectionSpec, SectionValue};
 pub use shapes::{
@@ -70,6 +70,9 @@ pub struct ModelSpec {
     /// Nodes; a model of a mesh or of superelements alone may have none.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub nodes: Named<NodeSpec>,
+    /// Nodes that stand elsewhere than their entry says: what is added to it.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub node_offsets: Named<NodeOffsetSpec>,
     /// Sets of element properties.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sections: Named<SectionSpec>,

@@ -20,6 +20,17 @@ pub(super) fn places(
     known: &Known<'_>,
     problems: &mut Vec<Problem>,
 ) -> Vec<Option<Place>> {
+    for (own, entry) in &spec.node_offsets {
+        let path = child(&child("node_offsets", own), "node");
+        match spec.nodes.get(&entry.node) {
+            None => problems.push(unknown(&path, "node", &entry.node, spec.nodes.keys())),
+            Some(NodeSpec::Rule(r)) if r.coordinate.is_some() || r.mesh.is_some() || r.nearest.is_some() => {
+                let text = format_args!("node `{}` is a coordinate or one of the mesh: it stays", entry.node);
+                problems.push(Problem::error(path, text));
+            }
+            Some(_) => {}
+        }
+    }
     let resolver = Resolver { spec, lines, geometry, known };
     let mut placed = BTreeMap::new();
     spec.nodes.keys().map(|name| resolver.place(name, &mut placed, problems)).collect()
@@ -101,7 +112,7 @@ impl Resolver<'_> {
         problems: &mut Vec<Problem>,
     ) -> Option<Place> {
         let path = child("nodes", name);
-        let position = match self.spec.nodes.get(name)? {
+        let mut position = match self.spec.nodes.get(name)? {
             NodeSpec::At(position) => self.coordinates(position, &path, problems),
             NodeSpec::Rule(rule) => {
                 if rules(rule) != 1 {
@@ -204,6 +215,11 @@ impl Resolver<'_> {
                 }
             }
         };
+        for (own, entry) in self.spec.node_offsets.iter().filter(|o| o.1.node == name) {
+            let path = child(&child("node_offsets", own), "offset");
+            let offset = self.coordinates(&entry.offset, &path, problems);
+            position = [0, 1, 2].map(|i| position[i].plus(1.0, &offset[i]));
+        }
         Some(position)
     }
 }

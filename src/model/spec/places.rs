@@ -106,6 +106,16 @@ pub struct NodeRule {
     pub nearest: Option<[Scalar; 3]>,
 }
 
+/// How far a node stands from where its entry puts it; what is placed by it follows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NodeOffsetSpec {
+    /// The node.
+    pub node: String,
+    /// What is added to its place, global axes: `[x_error, 0 m, 0 m]`.
+    pub offset: [Scalar; 3],
+}
+
 impl Serialize for NodeSpec {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

@@ -1,0 +1,178 @@
+//! Nodes that define the shape of a frame, and what moves with them: straight members stay straight.
+
+use super::Structure;
+use crate::element::Axes;
+use crate::model::spec::NodeSpec;
+use crate::model::{Vector, dot, minus, unit};
+use std::collections::{BTreeMap, HashSet};
+
+/// Cosine of the angle up to which a member goes straight on.
+const STRAIGHT: f64 = 0.999;
+/// Cosine of the angle to a member up to which an axis leads along it.
+const ALONG: f64 = 0.7;
+/// Where more nodes than this have members in several directions, the frame is a grid: its joints are where they were drawn, and only tips and what
+/// is held or heavy is looked at.
+const MOST_JOINTS: usize = 200;
+/// A structure is flat across an axis along which it extends by less than this part of its size.
+const FLAT: f64 = 1e-6;
+
+/// Nodes that may stand elsewhere than the file says.
+pub(in crate::effect) struct Frame<'a> {
+    structure: &'a Structure<'a>,
+    /// Nodes that something with fixed arms holds, or a shell, a solid or a superelement.
+    bound: HashSet<usize>,
+    is_grid: bool,
+}
+
+impl<'a> Frame<'a> {
+    pub(in crate::effect) fn of(structure: &'a Structure<'a>) -> Self {
+        let (spec, geometry) = (structure.model.spec(), structure.model.geometry());
+        let links = spec.rigid_links.values().flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
+        let weighted = spec.weighted_links.values();
+        let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
+        let constrained = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
+        let tied = spec.ties.values().flat_map(|t| &t.nodes);
+        let names = links.chain(weighted).chain(constrained).chain(tied);
+        let mut bound: HashSet<usize> = names.filter_map(|name| geometry.node(name)).collect();
+        for element in structure.model.elements() {
+            if element.matrices.is_some() || element.nodes.len() > 2 {
+                bound.extend(element.joined().iter().copied());
+            }
+        }
+        let mut frame = Self { structure, bound, is_grid: false };
+        let n = spec.nodes.len();
+        frame.is_grid = (0..n).filter(|&node| frame.is_joint(node)).nth(MOST_JOINTS).is_some();
+        frame
+    }
+
+    /// Elements from a node to another, by what they join: the other node and the direction to it.
+    fn lines(&self, node: usize) -> Vec<(usize, Vector)> {
+        let all = self.structure.model.elements();
+        let at = &self.structure.model.geometry().positions;
+        let of = |&e: &usize| {
+            let nodes = &all[e].nodes;
+            let is_line = nodes.len() == 2 && all[e].kind.axes() == Axes::AlongNodes && self.structure.deforms(e);
+            let other = *nodes.iter().find(|n| **n != node).filter(|_| is_line)?;
+            Some((other, unit(minus(at[other], at[node]))?))
+        };
+        self.structure.elements_at_nodes()[node].iter().filter_map(of).collect()
+    }
+
+    /// Whether members of several directions meet at a node.
+    fn is_joint(&self, node: usize) -> bool {
+        let lines = self.lines(node);
+        lines.iter().enumerate().any(|(i, a)| lines[..i].iter().any(|b| dot(a.1, b.1).abs() < STRAIGHT))
+    }
+
+    /// Whether something but members stands on a node or holds it, or the members on its sides differ.
+    fn carries(&self, node: usize) -> bool {
+        let s = self.structure;
+        let all = s.model.elements();
+        let here = &s.elements_at_nodes()[node];
+        let lines: Vec<usize> = here.iter().copied().filter(|&e| all[e].nodes.len() == 2 && s.deforms(e)).collect();
+        let differ = lines.windows(2).any(|pair| all[pair[0]].values != all[pair[1]].values);
+        let more = here.iter().any(|e| !lines.contains(e) && (s.heavy[*e] || s.stiff[*e]));
+        more || differ || s.is_supported(node)
+    }
+
+    /// The next node straight on from one that was reached in a direction, where that is no joint and carries no support.
+    fn straight_on(&self, node: usize, from: usize, along: Vector) -> Option<usize> {
+        if self.bound.contains(&node) || self.structure.is_supported(node) {
+            return None;
+        }
+        let lines = self.lines(node);
+        let ahead = lines.iter().find(|(other, _)| *other != from).filter(|_| lines.len() == 2)?;
+        (dot(ahead.1, along) > STRAIGHT).then_some(ahead.0)
+    }
+
+    /// Nodes of the file that move with one, each with its share: itself, and what lies inside of its members, by the distance from their other
+    /// ends. And the length of the shortest of these members, m.
+    fn carried(&self, node: usize) -> (BTreeMap<usize, f64>, f64) {
+        let at = &self.structure.model.geometry().positions;
+        let n_file = self.structure.model.spec().nodes.len();
+        let (mut shares, mut shortest) = (BTreeMap::from([(node, 1.0)]), f64::INFINITY);
+        for (mut next, along) in self.lines(node) {
+            let (mut from, mut inside) = (node, Vec::new());
+            while let Some(ahead) = self.straight_on(next, from, along).filter(|a| *a != node) {
+                inside.push(next);
+                (from, next) = (next, ahead);
+            }
+            let distance = |n: usize| dot(minus(at[n], at[node]), along);
+            let length = distance(next);
+            shortest = shortest.min(length);
+            for inner in inside.into_iter().filter(|&n| n < n_file) {
+                *shares.entry(inner).or_default() += 1.0 - distance(inner) / length;
+            }
+        }
+        (shares, shortest)
+    }
+
+    /// What moves where a node is moved along a global axis: nodes of the file with their shares, and how far at most, m. `None` where the place of
+    /// the node along that axis defines nothing.
+    pub(in crate::effect) fn moved(&self, node: usize, axis: usize) -> Option<(BTreeMap<usize, f64>, f64)> {
+        let s = self.structure;
+        let at = &s.model.geometry().positions;
+        let width = at.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max)
+            - at.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+        let is_of_file = matches!(s.model.spec().nodes.get_index(node), Some((_, entry)) if can_shift(entry));
+        if !is_of_file || self.bound.contains(&node) || width < FLAT * s.extent {
+            return None;
+        }
+        let lines = self.lines(node);
+        let first = lines.first()?;
+        let is_straight = lines.len() > 1 && lines.iter().all(|l| dot(l.1, first.1).abs() > STRAIGHT);
+        let (shares, room) = if is_straight {
+            // Along its member, past its neighbours, where that changes anything.
+            if !self.carries(node) || first.1[axis].abs() < ALONG {
+                return None;
+            }
+            let reach = |l: &(usize, Vector)| dot(minus(at[l.0], at[node]), l.1);
+            (BTreeMap::from([(node, 1.0)]), lines.iter().map(reach).fold(f64::INFINITY, f64::min))
+        } else {
+            if self.is_grid && lines.len() > 1 && !self.carries(node) {
+                return None;
+            }
+            self.carried(node)
+        };
+        // What follows by its own rule, or stands on what has fixed arms, is left to it.
+        let moves = |n: &usize| !self.bound.contains(n);
+        shares.keys().all(moves).then_some((shares, room))
+    }
+
+    /// Whether the rule of a node places it by one of these, or by what is so placed.
+    pub(in crate::effect) fn follows(&self, node: usize, of: &BTreeMap<usize, f64>) -> bool {
+        let (spec, geometry) = (self.structure.model.spec(), self.structure.model.geometry());
+        let (mut open, mut known) = (vec![node], HashSet::from([node]));
+        while let Some(n) = open.pop() {
+            let Some((_, NodeSpec::Rule(rule))) = spec.nodes.get_index(n) else { continue };
+            let named = rule.mirror.iter().chain(&rule.from).chain(rule.between.iter().flatten());
+            for leader in named.filter_map(|name| geometry.node(name)) {
+                if of.contains_key(&leader) {
+                    return true;
+                }
+                if known.insert(leader) {
+                    open.push(leader);
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether nodes can be moved without what their rules carry along breaking anything or being moved unasked: what follows is no mirror image
+    /// but of this set, and nothing with fixed arms.
+    pub(in crate::effect) fn stands_alone(&self, moved: &BTreeMap<usize, f64>, own: &HashSet<usize>) -> bool {
+        let spec = self.structure.model.spec();
+        (0..spec.nodes.len()).filter(|n| !moved.contains_key(n) && self.follows(*n, moved)).all(|n| {
+            let is_image = matches!(spec.nodes.get_index(n), Some((_, NodeSpec::Rule(r))) if r.mirror.is_some());
+            !self.bound.contains(&n) && (!is_image || own.contains(&n))
+        })
+    }
+}
+
+/// Whether the place of a node is stated by the file.
+fn can_shift(entry: &NodeSpec) -> bool {
+    match entry {
+        NodeSpec::At(_) => true,
+        NodeSpec::Rule(r) => r.coordinate.is_none() && r.mesh.is_none() && r.nearest.is_none(),
+    }
+}
