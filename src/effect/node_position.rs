@@ -3,10 +3,10 @@
 use super::edit::{Edit, PatchError, scalar};
 use super::location::Location;
 use super::patch::{Builder, Patch, times};
-use super::structure::{Frame, Structure};
+use super::structure::{ALONG, Frame, Structure};
 use super::{About, Effect};
-use crate::model::AXES;
 use crate::model::spec::NodeOffsetSpec;
+use crate::model::{AXES, Vector, dot, plus};
 use crate::units::Scalar;
 use std::collections::{BTreeMap, HashSet};
 
@@ -20,9 +20,9 @@ const SMALL: f64 = 0.25;
 #[derive(Debug, Clone, Copy)]
 pub struct NodePosition;
 
-/// What is moved at a location: nodes with their shares of the size, those of a mirror image with the sign of the axis; and how far at most, m.
+/// What is moved at a location: how far nodes go, global, for a size of one; and how large that may be, m.
 struct Moved {
-    shares: BTreeMap<usize, f64>,
+    steps: BTreeMap<usize, Vector>,
     room: f64,
 }
 
@@ -38,7 +38,8 @@ impl Effect for NodePosition {
             signature: "Modes that bend the members at the node move with the cube of their lengths; a longer tip lowers all of them, \
                     a moved support or mass raises some and lowers others.",
             formulation: "The node and what lies inside of its straight members moves along one axis, the members stay \
-                    straight: their length and direction change, and with them K and M. Zero leaves it.",
+                    straight: their length and direction change, and with them K and M. What stands inside of a straight member \
+                    moves along it. Zero leaves it.",
             confusable: &["stiffness-change", "point-mass", "distributed-mass", "root-flexibility"],
             references: &[
                 "J. E. Mottershead, M. I. Friswell, G. H. T. Ng, J. A. Brandon, Geometric parameters for finite element model updating of joints and constraints, Mech. Syst. Signal Process. 10, 1996",
@@ -52,28 +53,29 @@ impl Effect for NodePosition {
             return Vec::new();
         }
         let frame = Frame::of(structure);
-        let along = |axis: usize| {
-            let nodes = structure.nodes(|n| frame.moved(n, axis).is_some());
-            nodes.into_iter().map(move |at| at.along(AXES[axis]))
+        let along = |direction: &'static str| {
+            let nodes = structure.nodes(|n| frame.moved(n, direction).is_some());
+            nodes.into_iter().map(move |at| at.along(direction))
         };
-        (0..3).flat_map(along).filter(|at| moved(structure, &frame, at).is_some()).collect()
+        AXES.into_iter().chain([ALONG]).flat_map(along).filter(|at| moved(structure, &frame, at).is_some()).collect()
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
         let frame = Frame::of(structure);
-        let Moved { shares, room } = moved(structure, &frame, at).ok_or_else(unknown)?;
-        let axis = AXES.iter().position(|a| *a == at.direction()).ok_or_else(unknown)?;
+        let Moved { steps, room } = moved(structure, &frame, at).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
         let most = MOST * room;
         let typical = (USUAL * structure.extent()).min(SMALL * most);
-        let about = format!("how far {} stands from its place in the file, along {}", at.place(), at.direction());
+        let way =
+            if at.direction() == ALONG { "along its member".to_string() } else { format!("along {}", at.direction()) };
+        let about = format!("how far {} stands from its place in the file, {way}", at.place());
         let d = b.parameter("offset", "m", typical, [-most, most], &about);
-        let those: Vec<(usize, f64)> = shares.into_iter().collect();
-        for (name, &(node, share)) in b.named(&those) {
-            let mut offset = [(); 3].map(|()| Scalar::constant(0.0));
-            offset[axis] = scalar(&times(share, &d));
-            let entry = NodeOffsetSpec { node: structure.node_name(node).to_string(), offset };
+        let those: Vec<(usize, Vector)> = steps.into_iter().collect();
+        for (name, &(node, step)) in b.named(&those) {
+            let of =
+                |v: f64| if v == 0.0 { Scalar::constant(0.0) } else { scalar(&times((1e9 * v).round() / 1e9, &d)) };
+            let entry = NodeOffsetSpec { node: structure.node_name(node).to_string(), offset: step.map(of) };
             b.edit(Edit::AddNodeOffset { name, entry });
         }
         Ok(b.finish())
@@ -82,26 +84,23 @@ impl Effect for NodePosition {
 
 /// What is moved at a location; `None` where something moves with it that should not.
 fn moved(structure: &Structure<'_>, frame: &Frame<'_>, at: &Location) -> Option<Moved> {
-    let axis = AXES.iter().position(|a| *a == at.direction())?;
-    let nodes: Vec<usize> =
-        at.names.iter().map(|name| structure.model().geometry().node(name)).collect::<Option<_>>()?;
-    // On the plane of symmetry nothing moves across it without taking the symmetry away.
-    let (mut shares, mut room) = (BTreeMap::new(), f64::INFINITY);
-    for (k, &node) in nodes.iter().enumerate() {
-        let (own, own_room) = frame.moved(node, axis)?;
-        let sign = if k > 0 && structure.mirrors(axis) { -1.0 } else { 1.0 };
-        for (n, share) in own {
-            *shares.entry(n).or_default() += sign * share;
+    let node = |name: &String| structure.model().geometry().node(name);
+    let (all, room) = frame.moved(node(at.names.first()?)?, at.direction())?;
+    let mut all = all;
+    if at.names.len() > 1 {
+        // What both carry, between them, goes with both.
+        for (n, step) in frame.mirrored(&all)? {
+            let own = all.entry(n).or_default();
+            *own = plus(*own, 1.0, step);
         }
-        room = room.min(own_room);
     }
-    shares.retain(|_, share| *share != 0.0);
-    let own: HashSet<usize> = shares.keys().copied().collect();
-    let all = shares.clone();
-    shares.retain(|n, _| {
-        let others: BTreeMap<usize, f64> = all.iter().filter(|o| o.0 != n).map(|(n, s)| (*n, *s)).collect();
+    all.retain(|_, step| dot(*step, *step) > 0.0);
+    let own: HashSet<usize> = all.keys().copied().collect();
+    let mut steps = all.clone();
+    steps.retain(|n, _| {
+        let others: BTreeMap<usize, Vector> = all.iter().filter(|o| o.0 != n).map(|(n, s)| (*n, *s)).collect();
         !frame.follows(*n, &others)
     });
-    let leads = nodes.first().is_some_and(|first| shares.contains_key(first));
-    (leads && frame.stands_alone(&all, &own)).then_some(Moved { shares, room })
+    let leads = at.names.iter().filter_map(node).any(|n| steps.contains_key(&n));
+    (leads && frame.stands_alone(&all, &own)).then_some(Moved { steps, room })
 }

@@ -32,7 +32,7 @@ use mirror::{Mirror, element_partners};
 pub use regions::{LN_OF_A_SIDE, Neighbourhood};
 pub use rigidity::Rigidity;
 use std::collections::{HashMap, HashSet};
-pub(in crate::effect) use straight::Frame;
+pub(in crate::effect) use straight::{ALONG, Frame};
 
 /// What is known beside the model; everything is optional.
 #[derive(Debug, Clone, PartialEq, Default)]

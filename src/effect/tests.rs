@@ -8,6 +8,7 @@ mod finer;
 mod groups;
 mod lines;
 mod own_elements;
+mod positions;
 mod symmetry;
 
 use super::*;

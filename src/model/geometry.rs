@@ -3,9 +3,9 @@
 mod nodes;
 
 use super::affine::Affine;
-use super::place::Known;
+use super::known::Known;
+pub(super) use super::known::unknown;
 use super::spec::{FrameSpec, LineSpec, ModelSpec, NodeRule, NodeSpec, SuperelementSpec};
-use crate::catalogue::did_you_mean;
 pub(crate) use crate::linalg::vector3::{Vector3, cross, dot, minus, plus, unit};
 use crate::units::{Scalar, ScalarError};
 use crate::yaml::{Problem, child};
@@ -443,12 +443,6 @@ fn resolve_line(line: &LineSpec, path: &str, problems: &mut Vec<Problem>) -> Opt
         }
     };
     Some((from, direction))
-}
-
-/// "node `n6a` is not defined; did you mean `n6`?"
-pub(super) fn unknown<'a>(path: &str, what: &str, name: &str, known: impl IntoIterator<Item = &'a String>) -> Problem {
-    let suggestion = did_you_mean(name, known.into_iter().map(String::as_str));
-    Problem::error(path, format_args!("{what} `{name}` is not defined{suggestion}"))
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ mod first_mode;
 mod geometry;
 mod inside;
 mod joined;
+mod known;
 mod laminate;
 mod lay_up;
 mod lint;

@@ -12,9 +12,7 @@
 
 use super::PointMotion;
 use super::affine::Affine;
-use super::connection::turns;
-use super::geometry::{Rotation, Vector, axes_along, dot, minus, plus, turned};
-use super::placed_element::PlacedElement;
+use super::geometry::{GLOBAL, Rotation, Vector, axes_along, cross, dot, minus, plus, turned};
 use super::value::Value;
 use crate::element::{Axes, ElementError};
 use crate::linalg::{DMatrix, SymMatrix};
@@ -83,10 +81,10 @@ impl EndMotion {
     /// * `rows` - of the six dofs where the node is at the estimates
     pub(super) fn point(&self, mut rows: [Vec<(usize, f64)>; 6], position: Vector, theta: &[f64]) -> PointMotion {
         let beside = at(&self.beside, theta);
-        for axis in 0..3 {
-            for (turn, lever) in turns(axis, beside).into_iter().filter(|t| t.1 != 0.0) {
-                let turned: Vec<_> = rows[turn as usize].iter().map(|&(row, factor)| (row, lever * factor)).collect();
-                rows[axis].extend(turned);
+        for (turn, axis) in GLOBAL.iter().enumerate() {
+            let turned = rows[3 + turn].clone();
+            for (row, lever) in rows[..3].iter_mut().zip(cross(*axis, beside)).filter(|(_, lever)| *lever != 0.0) {
+                row.extend(turned.iter().map(|&(row, factor)| (row, lever * factor)));
             }
         }
         PointMotion { rows, position: plus(plus(position, 1.0, at(&self.carried, theta)), 1.0, beside) }
@@ -107,43 +105,57 @@ pub(super) struct Stand<'a> {
     back: Option<DMatrix<f64>>,
 }
 
-impl PlacedElement {
-    /// Where it stands at θ.
+impl<'a> Stand<'a> {
+    /// Of an element that does not move.
+    pub(super) fn still(points: &'a [[f64; 3]], axes: Rotation) -> Self {
+        Self { points: Cow::Borrowed(points), axes, back: None }
+    }
+}
+
+impl Moving {
+    /// Where an element stands at θ.
+    ///
+    /// * `kind` - how its axes follow from its nodes
+    /// * `points` - positions of its nodes at the estimates, in its axes there, relative to the first, m
+    /// * `turn` - of its section about x, rad
     ///
     /// # Errors
     /// It has no length there, or lies along the direction that its z axis is to be near.
-    pub(super) fn stand(&self, theta: &[f64]) -> Result<Stand<'_>, ElementError> {
-        let Some(moving) = &self.moving else {
-            return Ok(Stand { points: Cow::Borrowed(&self.points), axes: self.axes, back: None });
-        };
-        let beside: Vec<Vector> = moving.ends.iter().map(|end| at(&end.beside, theta)).collect();
-        let steps = moving.ends.iter().zip(&beside).map(|(end, b)| plus(at(&end.carried, theta), 1.0, *b));
+    pub(super) fn stand(
+        &self,
+        kind: Axes,
+        (points, from): (&[[f64; 3]], &Rotation),
+        turn: f64,
+        theta: &[f64],
+    ) -> Result<Stand<'static>, ElementError> {
+        let beside: Vec<Vector> = self.ends.iter().map(|end| at(&end.beside, theta)).collect();
+        let steps = self.ends.iter().zip(&beside).map(|(end, b)| plus(at(&end.carried, theta), 1.0, *b));
         // Relative to the first end at the estimates, global.
-        let to_global = |p: &Vector| (0..3).fold([0.0; 3], |sum, i| plus(sum, p[i], self.axes[i]));
-        let ends: Vec<Vector> = self.points.iter().zip(steps).map(|(p, step)| plus(to_global(p), 1.0, step)).collect();
-        let axes = match self.kind.axes() {
-            Axes::Given => self.axes,
+        let to_global = |p: &Vector| (0..3).fold([0.0; 3], |sum, i| plus(sum, p[i], from[i]));
+        let ends: Vec<Vector> = points.iter().zip(steps).map(|(p, step)| plus(to_global(p), 1.0, step)).collect();
+        let axes = match kind {
+            Axes::Given => *from,
             Axes::AlongNodes => {
                 let along = minus(ends[1], ends[0]);
                 if dot(along, along) == 0.0 {
                     return Err(ElementError::ZeroLength);
                 }
-                let axes = axes_along(along, moving.near);
+                let axes = axes_along(along, self.near);
                 let parallel = || ElementError::External("it lies along its `orientation`".to_string());
-                turned(axes.ok_or_else(parallel)?, self.turn)
+                turned(axes.ok_or_else(parallel)?, turn)
             }
         };
         let points = ends.iter().map(|p| axes.map(|axis| dot(axis, minus(*p, ends[0])))).collect();
-        let n = self.nodes.len();
+        let n = ends.len();
         let mut back = DMatrix::zeros(6 * n, 6 * n);
         for (k, b) in beside.iter().enumerate() {
             for i in 0..3 {
                 for j in 0..3 {
-                    let turn = dot(axes[i], self.axes[j]);
-                    back[(6 * k + i, 6 * k + j)] = turn;
-                    back[(6 * k + 3 + i, 6 * k + 3 + j)] = turn;
+                    let cosine = dot(axes[i], from[j]);
+                    back[(6 * k + i, 6 * k + j)] = cosine;
+                    back[(6 * k + 3 + i, 6 * k + 3 + j)] = cosine;
                     // Axis j of the rotation, in global axes, times the arm.
-                    back[(6 * k + i, 6 * k + 3 + j)] = dot(axes[i], super::geometry::cross(self.axes[j], *b));
+                    back[(6 * k + i, 6 * k + 3 + j)] = dot(axes[i], cross(from[j], *b));
                 }
             }
         }

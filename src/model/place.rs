@@ -15,11 +15,12 @@ mod superelements;
 mod supports;
 mod ties;
 
-pub(super) use parameters::{Known, parameters};
+pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 
 use super::geometry::{Geometry, Rotation, axes_along, minus, plus, turned, unit, unknown, vector};
 use super::inside::{counted_name, point_name, stretch, stretch_name};
+use super::known::Known;
 use super::moving::EndMotion;
 use super::parameter::ParameterSet;
 use super::placed_element::{Compliance, PlacedElement};

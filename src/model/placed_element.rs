@@ -1,10 +1,10 @@
 //! Elements and held dofs in their places, with property values as functions of θ.
 
 use super::geometry::{GLOBAL, Rotation, Vector, plus};
-use super::moving::Moving;
+use super::moving::{Moving, Stand};
 use super::placed_matrices::{PlacedMatrices, Superelement};
 use super::value::Value;
-use crate::element::{Element, ElementInput};
+use crate::element::{Element, ElementError, ElementInput};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -88,6 +88,17 @@ impl PlacedElement {
             .chain(&self.stiffness_damping)
             .chain(&self.mass_damping)
             .chain(self.moving.iter().flat_map(|m| m.expressions()))
+    }
+
+    /// Where it stands at θ.
+    ///
+    /// # Errors
+    /// As [`Moving::stand`].
+    pub(super) fn stand(&self, theta: &[f64]) -> Result<Stand<'_>, ElementError> {
+        match &self.moving {
+            Some(moving) => moving.stand(self.kind.axes(), (&self.points, &self.axes), self.turn, theta),
+            None => Ok(Stand::still(&self.points, self.axes)),
+        }
     }
 
     /// Whether it is one of a mesh: a shell or a solid.

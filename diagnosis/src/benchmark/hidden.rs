@@ -26,7 +26,7 @@ pub(super) const TURN: f64 = 0.35;
 
 /// Changes that no effect of the catalogue makes.
 pub(super) const OUTSIDE: &[&str] =
-    &["scattered-stiffness", "scattered-mass", "alternating-stiffness", "displaced-node", "unmodelled-brace"];
+    &["scattered-stiffness", "scattered-mass", "alternating-stiffness", "unmodelled-brace"];
 
 /// Streams of random numbers of a case.
 pub(super) fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
@@ -159,41 +159,15 @@ impl Specimen {
                     change(&mut spec, k, name, Some(if k % 2 == 0 { a } else { b }), None);
                 }
             }
-            "displaced-node" | "unmodelled-brace" => return self.geometry_change(spec, kind, rng),
+            "unmodelled-brace" => return self.brace(spec, rng),
             other => return Err(unsolvable(format_args!("no change `{other}`"))),
         }
         Ok(spec)
     }
 
-    /// A node off its place along its member by a quarter of an element, or a spring between two nodes that the file does
-    /// not join.
-    fn geometry_change(
-        &self,
-        mut spec: ModelSpec,
-        kind: &str,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<ModelSpec, DiagnosisError> {
-        let positions = &self.model.geometry().positions;
-        let inner: Vec<[usize; 2]> = self
-            .model
-            .elements()
-            .iter()
-            .filter(|e| e.kind.name() == "beam")
-            .map(|e| [e.nodes[0], e.nodes[1]])
-            .collect();
-        let [a, b] = inner[rng.below(inner.len())];
+    /// A spring between two nodes that the file does not join.
+    fn brace(&self, mut spec: ModelSpec, rng: &mut ChaCha8Rng) -> Result<ModelSpec, DiagnosisError> {
         let file_nodes = self.model.spec().nodes.len();
-        if kind == "displaced-node" {
-            let (moved, toward) = if b < file_nodes { (b, a) } else { (a, b) };
-            if moved >= file_nodes {
-                return Err(unsolvable("no node of the file"));
-            }
-            let (p, t) = (positions[moved], positions[toward]);
-            let at = [0, 1, 2].map(|k| p[k] + 0.25 * (t[k] - p[k]));
-            let (_, entry) = spec.nodes.get_index_mut(moved).ok_or_else(|| unsolvable("no node of the file"))?;
-            *entry = serde_json::from_value(serde_json::json!(at.map(|v| format!("{v} m")))).map_err(unsolvable)?;
-            return Ok(spec);
-        }
         // Stiff enough to matter: a share of what the lowest modes strain, ω² m.
         let names = &self.model.geometry().names;
         let (first, second) = (rng.below(file_nodes), rng.below(file_nodes));

@@ -3,13 +3,13 @@
 use super::Structure;
 use crate::element::Axes;
 use crate::model::spec::NodeSpec;
-use crate::model::{Vector, dot, minus, unit};
+use crate::model::{AXES, Vector, dot, minus, unit};
 use std::collections::{BTreeMap, HashSet};
 
 /// Cosine of the angle up to which a member goes straight on.
 const STRAIGHT: f64 = 0.999;
-/// Cosine of the angle to a member up to which an axis leads along it.
-const ALONG: f64 = 0.7;
+/// The direction of a node inside of a straight member.
+pub(in crate::effect) const ALONG: &str = "along";
 /// Where more nodes than this have members in several directions, the frame is a grid: its joints are where they were drawn, and only tips and what
 /// is held or heavy is looked at.
 const MOST_JOINTS: usize = 200;
@@ -107,40 +107,52 @@ impl<'a> Frame<'a> {
         (shares, shortest)
     }
 
-    /// What moves where a node is moved along a global axis: nodes of the file with their shares, and how far at most, m. `None` where the place of
-    /// the node along that axis defines nothing.
-    pub(in crate::effect) fn moved(&self, node: usize, axis: usize) -> Option<(BTreeMap<usize, f64>, f64)> {
+    /// What moves where a node is moved in a direction: nodes of the file with how far each goes, global, for a size of one; and how large that may be,
+    /// m. `None` where the place of the node in that direction defines nothing.
+    ///
+    /// * `direction` - an axis; or [`ALONG`], for a node inside of a straight member on which something stands
+    pub(in crate::effect) fn moved(&self, node: usize, direction: &str) -> Option<(BTreeMap<usize, Vector>, f64)> {
         let s = self.structure;
         let at = &s.model.geometry().positions;
-        let width = at.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max)
-            - at.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
         let is_of_file = matches!(s.model.spec().nodes.get_index(node), Some((_, entry)) if can_shift(entry));
-        if !is_of_file || self.bound.contains(&node) || width < FLAT * s.extent {
+        if !is_of_file || self.bound.contains(&node) {
             return None;
         }
         let lines = self.lines(node);
         let first = lines.first()?;
-        let is_straight = lines.len() > 1 && lines.iter().all(|l| dot(l.1, first.1).abs() > STRAIGHT);
-        let (shares, room) = if is_straight {
-            // Along its member, past its neighbours, where that changes anything.
-            if !self.carries(node) || first.1[axis].abs() < ALONG {
-                return None;
-            }
-            let reach = |l: &(usize, Vector)| dot(minus(at[l.0], at[node]), l.1);
-            (BTreeMap::from([(node, 1.0)]), lines.iter().map(reach).fold(f64::INFINITY, f64::min))
-        } else {
-            if self.is_grid && lines.len() > 1 && !self.carries(node) {
-                return None;
-            }
-            self.carried(node)
-        };
-        // What follows by its own rule, or stands on what has fixed arms, is left to it.
-        let moves = |n: &usize| !self.bound.contains(n);
-        shares.keys().all(moves).then_some((shares, room))
+        let is_inside = lines.len() > 1 && lines.iter().all(|l| dot(l.1, first.1).abs() > STRAIGHT);
+        if is_inside != (direction == ALONG) {
+            return None;
+        }
+        if is_inside {
+            // Past its neighbours, where that changes anything.
+            let distance = |l: &(usize, Vector)| dot(minus(at[l.0], at[node]), l.1);
+            let room = lines.iter().map(distance).fold(f64::INFINITY, f64::min);
+            // Towards the end of the axis that the member leads along most.
+            let most = (0..3).fold(0, |m, i| if first.1[i].abs() > first.1[m].abs() + FLAT { i } else { m });
+            let along = first.1.map(|v| v * first.1[most].signum());
+            return self.carries(node).then(|| (BTreeMap::from([(node, along)]), room));
+        }
+        let axis = AXES.iter().position(|a| *a == direction)?;
+        let over = |f: fn(f64, f64) -> f64, start: f64| at.iter().map(|p| p[axis]).fold(start, f);
+        let width = over(f64::max, f64::NEG_INFINITY) - over(f64::min, f64::INFINITY);
+        if width < FLAT * s.extent || self.is_grid && lines.len() > 1 && !self.carries(node) {
+            return None;
+        }
+        let (shares, room) = self.carried(node);
+        let step = |share: f64| [0, 1, 2].map(|i| if i == axis { share } else { 0.0 });
+        Some((shares.into_iter().map(|(n, share)| (n, step(share))).collect(), room))
+    }
+
+    /// Moves of the mirror images of nodes.
+    pub(in crate::effect) fn mirrored(&self, moves: &BTreeMap<usize, Vector>) -> Option<BTreeMap<usize, Vector>> {
+        let s = self.structure;
+        let image = |v: &Vector| [0, 1, 2].map(|i| if s.mirrors(i) { -v[i] } else { v[i] });
+        moves.iter().map(|(&n, v)| Some((s.node_partner[n]?, image(v)))).collect()
     }
 
     /// Whether the rule of a node places it by one of these, or by what is so placed.
-    pub(in crate::effect) fn follows(&self, node: usize, of: &BTreeMap<usize, f64>) -> bool {
+    pub(in crate::effect) fn follows(&self, node: usize, of: &BTreeMap<usize, Vector>) -> bool {
         let (spec, geometry) = (self.structure.model.spec(), self.structure.model.geometry());
         let (mut open, mut known) = (vec![node], HashSet::from([node]));
         while let Some(n) = open.pop() {
@@ -160,7 +172,7 @@ impl<'a> Frame<'a> {
 
     /// Whether nodes can be moved without what their rules carry along breaking anything or being moved unasked: what follows is no mirror image
     /// but of this set, and nothing with fixed arms.
-    pub(in crate::effect) fn stands_alone(&self, moved: &BTreeMap<usize, f64>, own: &HashSet<usize>) -> bool {
+    pub(in crate::effect) fn stands_alone(&self, moved: &BTreeMap<usize, Vector>, own: &HashSet<usize>) -> bool {
         let spec = self.structure.model.spec();
         (0..spec.nodes.len()).filter(|n| !moved.contains_key(n) && self.follows(*n, moved)).all(|n| {
             let is_image = matches!(spec.nodes.get_index(n), Some((_, NodeSpec::Rule(r))) if r.mirror.is_some());

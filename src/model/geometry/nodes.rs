@@ -4,7 +4,7 @@
 
 use super::{Frame, Geometry, Place, Vector, between, constant, on_superelement, still, unknown};
 use crate::model::affine::Affine;
-use crate::model::place::Known;
+use crate::model::known::Known;
 use crate::model::spec::{ModelSpec, NodeRule, NodeSpec, OneOrThree};
 use crate::units::Scalar;
 use crate::yaml::{Problem, child};

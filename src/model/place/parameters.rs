@@ -1,60 +1,10 @@
 //! Parameters of the file: values, bounds, units.
 
-use crate::model::affine::Affine;
-use crate::model::geometry::unknown;
 use crate::model::parameter::{Parameter, ParameterSet};
 use crate::model::spec::ModelSpec;
 use crate::units::{Dimension, Scalar, Unit};
 use crate::yaml::{Problem, child};
 use std::collections::BTreeMap;
-
-/// What an expression may name.
-#[derive(Clone, Copy)]
-pub(in crate::model) struct Known<'a> {
-    pub(in crate::model) spec: &'a ModelSpec,
-    pub(in crate::model) parameters: &'a ParameterSet,
-    pub(in crate::model) dimensions: &'a BTreeMap<String, Dimension>,
-}
-
-impl Known<'_> {
-    /// A scalar as a function of θ, in the unit of what it is for; `None` with its problem.
-    pub(in crate::model) fn affine(
-        &self,
-        scalar: &Scalar,
-        unit: &str,
-        path: &str,
-        problems: &mut Vec<Problem>,
-    ) -> Option<Affine> {
-        if let Some(word) = scalar.words_behind_numbers().find(|word| self.parameters.index_of(word).is_some()) {
-            let text = scalar.text();
-            problems.push(Problem::error(path, format_args!("`{word}` reads as a unit in `{text}`, and is a parameter as well; write the parameter first, `{word} * …`")));
-            return None;
-        }
-        match scalar.affine_in(unit, &|name| self.dimensions.get(name).copied()) {
-            Ok((constant, terms)) => {
-                let mut affine = Affine { constant, terms: Vec::new() };
-                for (name, factor) in terms {
-                    if let Some(i) = self.parameters.index_of(&name) {
-                        affine.terms.push((i, factor));
-                    } else {
-                        let mut problem = unknown(path, "parameter", &name, self.spec.parameters.keys());
-                        if Unit::parse(&name).is_ok() {
-                            let hint = format!("; a unit stands behind a number, `1 {name}`");
-                            problem.message.push_str(&hint);
-                        }
-                        problems.push(problem);
-                        return None;
-                    }
-                }
-                Some(affine)
-            }
-            Err(e) => {
-                problems.push(Problem::error(path, e));
-                None
-            }
-        }
-    }
-}
 
 /// Reads parameters; bounds and units are checked.
 pub(in crate::model) fn parameters(
