@@ -141,6 +141,9 @@ struct Term {
 /// Shares of all modes that differ by less are the same.
 const SAME: f64 = 1e-3;
 
+/// Mean ratio that a placed effect of its typical size gives the modes, at least: below, they do not move it but for rounding.
+const LEAST: f64 = 1e-9;
+
 /// Terms of one law.
 type Law<'a> = Vec<&'a Term>;
 
@@ -252,7 +255,7 @@ fn term(scene: &Scene, theta: &[f64], seen: &Seen, of_whole: &[Vec<f64>; 2], can
     };
     let work: Vec<f64> = scene.cases.iter().zip(&seen.shapes).map(of).collect::<Option<Vec<_>>>()?.concat();
     let (mean, a) = over_mean(work.iter().zip(&seen.modes).map(|(c, m)| c / (2.0 * m.omega)).collect());
-    (mean.is_finite() && mean > 0.0).then(|| Term {
+    (mean.is_finite() && mean > LEAST).then(|| Term {
         id: candidate.id(),
         is_whole: candidate.location.names.is_empty() || of_whole.iter().any(|law| is_same(&a, law)),
         a,
@@ -448,7 +451,11 @@ fn sentence(laws: &[DampingLaw], scatter: f64, n: usize) -> String {
         }
     };
     if best.probability > 0.5 {
-        format!("the {n} measured damping ratios speak for {what}{about}")
+        let write = match best.terms.as_slice() {
+            [only] if only.is_ratio() => format!("; `modal_damping: {}` gives it to the model", per_cent(only.value)),
+            _ => String::new(),
+        };
+        format!("the {n} measured damping ratios speak for {what}{about}{write}")
     } else {
         let next = laws.get(1).map_or_else(String::new, |l| format!("; {} comes next", l.id));
         format!(

@@ -13,7 +13,7 @@ use serde_json::Value;
 use std::ops::Range;
 
 /// The blocks of a model file in their usual order.
-const ORDER: [&str; 31] = [
+const ORDER: [&str; 32] = [
     "retune",
     "name",
     "description",
@@ -39,6 +39,7 @@ const ORDER: [&str; 31] = [
     "ties",
     "supports",
     "preloads",
+    "modal_damping",
     "constraints",
     "groups",
     "targets",

@@ -20,6 +20,11 @@ impl Affine {
         self.terms.iter().fold(self.constant, |sum, (i, f)| sum + f * value(*i))
     }
 
+    /// Its derivative by a parameter.
+    pub fn slope(&self, parameter: usize) -> f64 {
+        self.terms.iter().filter(|t| t.0 == parameter).map(|t| t.1).sum()
+    }
+
     /// Smallest and largest value while every parameter moves within `range`.
     pub fn range(&self, range: &dyn Fn(usize) -> [f64; 2]) -> [f64; 2] {
         self.terms.iter().fold([self.constant; 2], |[low, high], &(i, f)| {

@@ -4,6 +4,7 @@ mod frozen;
 mod rigid_mass;
 
 use super::acting::Acting;
+use super::affine::Affine;
 use super::assembly::{
     AffineMass, AffinePart, add_basis, add_element, affine_part, number, sparse_system, symmetrise, touched,
 };
@@ -56,6 +57,7 @@ pub struct Model {
     mesh_parts: Vec<String>,
     patches: Vec<String>,
     n_named: usize,
+    modal_damping: Option<Affine>,
     /// How nodes move that parameters move, or what carries them.
     moved: BTreeMap<usize, EndMotion>,
     /// See [`Model::first_straining_lambda`].
@@ -132,6 +134,7 @@ impl Model {
             mesh_parts,
             patches,
             n_named,
+            modal_damping,
             moved,
         } = placed;
         let acting = Acting::of_all(&elements, &parameters)?;
@@ -189,6 +192,7 @@ impl Model {
             mesh_parts,
             patches,
             n_named,
+            modal_damping,
             moved,
             first_straining: Once::new(),
         })
@@ -502,6 +506,10 @@ impl ParametricModel for Model {
     fn element_names(&self) -> Vec<&str> {
         let has_points = |set: &&Vec<usize>| set.iter().all(|&e| self.elements[e].matrices.is_none());
         self.sets.iter().filter(|(_, set)| has_points(set)).map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn modal_damping(&self) -> Option<&Affine> {
+        self.modal_damping.as_ref()
     }
 
     fn critical_preload(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {

@@ -201,6 +201,11 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The damping ratio that every elastic mode has beside what C gives it, as a function of θ; `None`, the default, where there is none.
+    fn modal_damping(&self) -> Option<&Affine> {
+        None
+    }
+
     /// The preload at which the structure buckles at θ; `None` where it bears any, or has none.
     fn critical_preload(&self, theta: &[f64]) -> Result<Option<CriticalPreload>, ModelError> {
         let _ = theta;

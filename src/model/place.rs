@@ -54,6 +54,8 @@ pub(super) struct Placed {
     pub(super) patches: Vec<String>,
     /// Number of nodes that have names: those of the file and of superelements.
     pub(super) n_named: usize,
+    /// Damping ratio of every elastic mode.
+    pub(super) modal_damping: Option<Affine>,
     /// How nodes move that parameters move, or what carries them.
     pub(super) moved: BTreeMap<usize, EndMotion>,
 }
@@ -63,6 +65,7 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     let (parameters, dimensions) = parameters(spec, problems);
     let known = Known { spec, parameters: &parameters, dimensions: &dimensions };
     let geometry = super::geometry::resolve(spec, &known, problems);
+    let modal_damping = damping_ratio(&known, problems);
     let mut placer = Placer {
         spec,
         registry,
@@ -100,7 +103,31 @@ pub(super) fn place(spec: &ModelSpec, registry: &Registry, problems: &mut Vec<Pr
     axes::check(&elements, &parameters, problems);
     edges::straighten(&mut elements);
     let moved = moving::follow(spec, &geometry, &parameters, &mut elements, problems);
-    Placed { geometry, parameters, elements, sets, compliances, rows, sites, mesh_parts, patches, n_named, moved }
+    Placed {
+        geometry,
+        parameters,
+        elements,
+        sets,
+        compliances,
+        rows,
+        sites,
+        mesh_parts,
+        patches,
+        n_named,
+        modal_damping,
+        moved,
+    }
+}
+
+/// The damping ratio of every elastic mode, which is between zero and one for all values of its parameters.
+fn damping_ratio(known: &Known<'_>, problems: &mut Vec<Problem>) -> Option<Affine> {
+    let ratio = known.affine(known.spec.modal_damping.as_ref()?, "1", "modal_damping", problems)?;
+    let [low, high] = ratio.range(&|j| known.parameters.get(j).range());
+    if low < 0.0 || high >= 1.0 {
+        let text = format_args!("a damping ratio lies between 0 and 1, and this is {low} to {high}");
+        problems.push(Problem::error("modal_damping", text));
+    }
+    Some(ratio)
 }
 
 /// A model of 10⁶ dofs has that many; a misspelt `subdivide` is refused before it fills the memory.

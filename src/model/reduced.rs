@@ -29,6 +29,7 @@ mod tests;
 
 use self::residual::Residual;
 use self::span::Span;
+use super::affine::Affine;
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::character::ModeCharacter;
 use super::dependence::{hold, interior_point};
@@ -358,6 +359,10 @@ impl ParametricModel for ReducedModel<'_> {
 
     fn element_names(&self) -> Vec<&str> {
         self.full.element_names()
+    }
+
+    fn modal_damping(&self) -> Option<&Affine> {
+        self.full.modal_damping()
     }
 
     fn mirror(&self) -> Option<&[(usize, f64)]> {

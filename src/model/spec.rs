@@ -115,6 +115,9 @@ pub struct ModelSpec {
     /// Static loads whose stresses stiffen or soften the structure: gravity, spin, forces.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub preloads: Named<StaticPreloadSpec>,
+    /// Damping ratio of every elastic mode, `1 %`, beside what dashpots and damped parts give; may name parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modal_damping: Option<Scalar>,
     /// Linear multipoint constraints: a sum of dofs that is zero.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub constraints: Named<ConstraintSpec>,

@@ -14,6 +14,7 @@ mod sum;
 
 use self::forces::{FEW_ROWS, NEGLIGIBLE};
 use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
+use super::affine::Affine;
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
 use super::character::ModeCharacter;
@@ -545,6 +546,10 @@ impl ParametricModel for StandIn {
     ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
         self.check(theta)?;
         self.common.model.characters(self.of_model(theta).0, &self.expanded(shapes), n_rigid)
+    }
+
+    fn modal_damping(&self) -> Option<&Affine> {
+        self.common.model.modal_damping()
     }
 
     fn stand_in(&self) -> Option<&StandIn> {

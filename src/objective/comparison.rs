@@ -153,7 +153,7 @@ impl<'a> Comparison<'a> {
             pairing,
             plans,
             loads,
-            is_damped,
+            is_damped: is_damped || model.modal_damping().is_some(),
             responses,
             followed: Followed::new(model, test),
             recent: Recent::new(n_dof),
@@ -215,7 +215,7 @@ impl<'a> Comparison<'a> {
         &self.loads
     }
 
-    /// Whether the model has dashpots, so that it predicts damping.
+    /// Whether the model has damping, so that it predicts ratios.
     pub fn is_damped(&self) -> bool {
         self.is_damped
     }

@@ -142,7 +142,14 @@ impl FrfRows {
         let omegas: Vec<f64> = self.lines_hz.iter().map(|f| TAU * f).collect();
         let mut force = Vec::new();
         let mut stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref());
-        let swept = stiffness.sweep(&omegas, self.loss_factor, &right, |line, x| {
+        let loss_factor = loss_factor(model, theta, self.loss_factor);
+        let own = model.modal_damping();
+        let damped: Vec<(usize, f64)> = free
+            .iter()
+            .enumerate()
+            .filter_map(|(column, &j)| Some((column, 2.0 * own?.slope(j))).filter(|s| s.1 != 0.0))
+            .collect();
+        let swept = stiffness.sweep(&omegas, loss_factor, &right, |line, x| {
             let Some(x) = x else { return };
             let omega = omegas[line];
             let power = Complex::new(0.0, omega).powi(self.order);
@@ -154,13 +161,24 @@ impl FrfRows {
             }
             for (j, d) in derivatives.iter().enumerate() {
                 let Some(d) = d else { continue };
-                d.times(x, n_references, (omega, self.loss_factor), &mut force);
+                d.times(x, n_references, (omega, loss_factor), &mut force);
                 for &v in &of_line[line] {
                     let value = &self.values[v];
                     let y = x.column(n_references + value.response);
                     let own = force.iter().skip(value.reference).step_by(n_references);
                     let sum: Complex<f64> = d.rows.iter().zip(own).map(|(&i, f)| y[i] * f).sum();
                     slopes[(v, j)] = -power * sum;
+                }
+            }
+            // ∂Z = i η' K of the ratio of every mode.
+            let strained = (!damped.is_empty()).then(|| strained(&system.stiffness, x, n_references));
+            for (&(column, slope), force) in damped.iter().zip(std::iter::repeat(strained.as_ref()).flatten()) {
+                for &v in &of_line[line] {
+                    let value = &self.values[v];
+                    let y = x.column(n_references + value.response);
+                    let sum: Complex<f64> =
+                        y.iter().zip(force.column(value.reference).iter()).map(|(y, f)| y * f).sum();
+                    slopes[(v, column)] -= power * Complex::new(0.0, slope) * sum;
                 }
             }
         });
@@ -170,6 +188,18 @@ impl FrfRows {
         }
         (h, slopes)
     }
+}
+
+/// η of K (1 + i η): what is stated, and 2 ζ of the ratio that the model gives every mode. At the resonance of a mode that is this ratio; beside it, where
+/// damping hardly matters, it differs by terms of the second order.
+pub(crate) fn loss_factor(model: &dyn ParametricModel, theta: &[f64], stated: f64) -> f64 {
+    stated + model.modal_damping().map_or(0.0, |zeta| 2.0 * zeta.at(theta))
+}
+
+/// K x for the first columns of x.
+fn strained(stiffness: &DMatrix<f64>, x: &DMatrix<Complex<f64>>, columns: usize) -> DMatrix<Complex<f64>> {
+    let part = |of: fn(&Complex<f64>) -> f64| stiffness * DMatrix::from_fn(x.nrows(), columns, |i, j| of(&x[(i, j)]));
+    part(|v| v.re).zip_map(&part(|v| v.im), Complex::new)
 }
 
 /// Rows of channels, (n_channels x n_dof).
@@ -200,7 +230,7 @@ pub(crate) fn silent_functions(
     let (responses, references) = (rows_of(model, test, &set.responses)?, rows_of(model, test, &set.references)?);
     let wrong = |e: &dyn std::fmt::Display| CorrelationError::Model(e.to_string());
     let system = model.assemble(&starting_point(model)).map_err(|e| wrong(&e))?;
-    let loss_factor = fit.loss_factor.unwrap_or(0.0);
+    let loss_factor = loss_factor(model, &starting_point(model), fit.loss_factor.unwrap_or(0.0));
     let h = direct_responses(&system, [&responses, &references], &lines, set.quantity.order(), loss_factor)
         .map_err(|e| wrong(&e))?;
     let (n_responses, n_references) = (set.responses.len(), set.references.len());

@@ -9,5 +9,6 @@ pub fn starting_point(model: &dyn ParametricModel) -> Vec<f64> {
 
 /// Whether a model has damping of its own at its estimates.
 pub fn is_damped(model: &dyn ParametricModel) -> bool {
-    model.assemble_sparse(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
+    model.modal_damping().is_some()
+        || model.assemble_sparse(&starting_point(model)).is_ok_and(|system| system.damping.is_some())
 }

@@ -452,7 +452,7 @@ fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result
 /// The damping ratio of each mode: the one that is given, else what the model's own damping does in it.
 ///
 /// ```text
-/// ζ_r = φ_rᵀ C φ_r / (2 ω_r)       φᵀ M φ = 1; rigid-body modes have none
+/// ζ_r = ζ_0 + φ_rᵀ C φ_r / (2 ω_r)       φᵀ M φ = 1; rigid-body modes have none
 /// ```
 /// Ratios of modes that C couples are those of the uncoupled equations, as the residual of damping ratios predicts them.
 fn damping(
@@ -465,12 +465,17 @@ fn damping(
     if let Some(ratio) = given {
         return uniform(ratio);
     }
-    let Some(c) = model.assemble_sparse(theta)?.damping else { return uniform(OWN_DAMPING) };
+    let (c, constant) = (model.assemble_sparse(theta)?.damping, model.modal_damping().map(|zeta| zeta.at(theta)));
+    let Some(c) = c else { return uniform(constant.unwrap_or(OWN_DAMPING)) };
     let work = c.mul(&modes.shapes);
     let ratio = |r: usize| {
         let omega = modes.lambda[r].max(0.0).sqrt();
         let is_rigid = r < modes.n_rigid + modes.n_mechanism;
-        if is_rigid || omega == 0.0 { 0.0 } else { modes.shapes.column(r).dot(&work.column(r)) / (2.0 * omega) }
+        if is_rigid || omega == 0.0 {
+            0.0
+        } else {
+            constant.unwrap_or(0.0) + modes.shapes.column(r).dot(&work.column(r)) / (2.0 * omega)
+        }
     };
     let ratios: Vec<f64> = (0..modes.len()).map(ratio).collect();
     if let Some(worst) = ratios.iter().find(|z| !(0.0..1.0).contains(*z)) {

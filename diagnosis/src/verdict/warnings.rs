@@ -135,8 +135,8 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
     }
     if leaves_damping_aside(base) {
         out.push(
-            "damping ratios take no part in the search, because the model has no damping; give members `stiffness_damping` or `mass_damping` under \
-             `overrides`"
+            "damping ratios take no part in the search, because the model has no damping; give it `modal_damping`, or members `stiffness_damping` or \
+             `mass_damping` under `overrides`"
                 .to_string(),
         );
     }

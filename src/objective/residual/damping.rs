@@ -5,13 +5,13 @@ use super::super::prediction::PredictionDerivative;
 use super::{Point, Residual};
 use crate::linalg::DMatrix;
 
-/// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has dashpots.
+/// r = (ζ_model - ζ_test)/σ for every mode with a measured ratio, where the model has damping.
 ///
 /// ```text
-/// ζ = φᵀ C φ / (2 ω),   ∂ζ = (2 φᵀ C ∂φ + φᵀ ∂C φ)/(2 ω) - ζ ∂λ/(2 λ)
+/// ζ = ζ_0 + φᵀ C φ / (2 ω),   ∂ζ = ∂ζ_0 + (2 φᵀ C ∂φ + φᵀ ∂C φ)/(2 ω) - (ζ - ζ_0) ∂λ/(2 λ)
 /// ```
 ///
-/// Light damping: the shapes are those of the undamped structure, which is right to first order in ζ.
+/// ζ_0 is the ratio that the model gives every mode. Light damping: the shapes are those of the undamped structure, which is right to first order in ζ.
 ///
 /// # Source
 /// M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995.
@@ -24,7 +24,8 @@ fn measured(comparison: &Comparison<'_>) -> Vec<usize> {
     (0..modes.len()).filter(|&i| modes[i].damping_ratio.is_some() && comparison.is_damped()).collect()
 }
 
-fn ratio(at: &Point<'_>, elastic: usize) -> f64 {
+/// φᵀ C φ / (2 ω).
+fn by_dashpots(at: &Point<'_>, elastic: usize) -> f64 {
     let k = at.prediction.modes.n_rigid + elastic;
     let shape = at.prediction.modes.shapes.column(k);
     let omega = at.prediction.modes.lambda[k].sqrt();
@@ -38,7 +39,7 @@ impl Residual for Damping {
     }
 
     fn summary(&self) -> &'static str {
-        "modal damping ratios of paired modes, each over its standard deviation, where the model has dashpots"
+        "modal damping ratios of paired modes, each over its standard deviation, where the model has damping"
     }
 
     fn len(&self, comparison: &Comparison<'_>) -> usize {
@@ -50,15 +51,16 @@ impl Residual for Damping {
     }
 
     fn evaluate(&self, at: &Point<'_>, out: &mut [f64]) {
+        let constant = at.comparison.model().modal_damping().map_or(0.0, |zeta| zeta.at(at.theta));
         for (o, i) in out.iter_mut().zip(measured(at.comparison)) {
             let Some(test) = at.comparison.test().modes[i].damping_ratio else { continue };
-            *o = at.prediction.partner(i).map_or(0.0, |a| (ratio(at, a) - test.value) / test.sd);
+            *o = at.prediction.partner(i).map_or(0.0, |a| (constant + by_dashpots(at, a) - test.value) / test.sd);
         }
     }
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
         out.fill(0.0);
-        let matrices = &at.prediction.matrices;
+        let (matrices, constant) = (&at.prediction.matrices, at.comparison.model().modal_damping());
         let Ok(slopes) = matrices.derivatives(at.comparison.model(), at.theta, at.scaling.free()) else { return };
         for (row, i) in measured(at.comparison).into_iter().enumerate() {
             let (Some(a), Some(test)) = (at.prediction.partner(i), at.comparison.test().modes[i].damping_ratio) else {
@@ -67,14 +69,18 @@ impl Residual for Damping {
             let k = at.prediction.modes.n_rigid + a;
             let lambda = at.prediction.modes.lambda[k];
             let shape = at.prediction.modes.shapes.columns(k, 1).into_owned();
-            let Some(c_shape) = matrices.damping_times(&shape) else { return };
+            let free = at.scaling.free();
+            for (j, &parameter) in free.iter().enumerate() {
+                out[(row, j)] = constant.map_or(0.0, |zeta| zeta.slope(parameter)) / test.sd;
+            }
+            let Some(c_shape) = matrices.damping_times(&shape) else { continue };
             let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);
             let Some(d) = derivative.ok().and_then(|mut list| list.pop().flatten()) else { continue };
-            let zeta = ratio(at, a);
+            let zeta = by_dashpots(at, a);
             for (j, slope) in slopes.iter().enumerate() {
                 let of_matrix = slope.damping_times(&shape).map_or(0.0, |dc| shape.dot(&dc));
                 let work = 2.0 * c_shape.column(0).dot(&d.shape.column(j)) + of_matrix;
-                out[(row, j)] = (work / (2.0 * lambda.sqrt()) - zeta * d.lambda[j] / (2.0 * lambda)) / test.sd;
+                out[(row, j)] += (work / (2.0 * lambda.sqrt()) - zeta * d.lambda[j] / (2.0 * lambda)) / test.sd;
             }
         }
     }

@@ -10,7 +10,7 @@ use crate::data::{Channel, FrfFit, FrfSet, Sensor, channel_sensor};
 use crate::linalg::{Complex, DMatrix};
 use crate::modal::{ModalDamping, SolveOptions, synthesize};
 use crate::model::solve_modes;
-use crate::objective::{Comparison, direct_responses};
+use crate::objective::{Comparison, direct_responses, loss_factor};
 use crate::update::Assessment;
 
 /// How functions are compared.
@@ -264,7 +264,7 @@ fn model_functions(
     if (is_damped || options.loss_factor.is_some())
         && let Ok(system) = model.assemble(&a.theta)
     {
-        let loss_factor = options.loss_factor.unwrap_or(0.0);
+        let loss_factor = loss_factor(model, &a.theta, options.loss_factor.unwrap_or(0.0));
         let h = direct_responses(&system, [responses, references], &test.frequencies_hz, order, loss_factor)
             .map_err(|e| CorrelationError::Model(e.to_string()))?;
         return Ok((h, ModelFunctions::Direct { is_damped, loss_factor }));
