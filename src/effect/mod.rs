@@ -40,6 +40,7 @@ mod ground_spring;
 mod joint_flexibility;
 mod link_flexibility;
 mod location;
+mod lost_bond;
 mod mass_change;
 mod mass_damping;
 mod mass_lumping;
@@ -102,6 +103,7 @@ catalogue! {
     ground_spring::GroundSpring,
     joint_flexibility::JointFlexibility,
     link_flexibility::LinkFlexibility,
+    lost_bond::LostBond,
     mass_change::MassChange,
     mass_damping::MassDamping,
     mass_lumping::MassLumping,

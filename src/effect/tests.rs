@@ -55,6 +55,8 @@ nodes: {a: [0, 0, 0], b: [0.3, 0, 0], c: [0.6, 0, 0], d: [0, 0.2, 0], e: [0.3, 0
 sections:
   ply: {E1: 130 GPa, E2: 9 GPa, nu12: 0.3, G12: 5 GPa, G13: 5 GPa, G23: 3 GPa, density: 1600, thickness: 2 mm}
   plies: {shape: {laminate: {materials: {ud: {E1: 130 GPa, E2: 9 GPa, nu12: 0.3, G12: 5 GPa, density: 1600}}, plies: [{angle: 0, thickness: 1 mm}, {angle: 30 deg, thickness: 1 mm}]}}}
+  bar: {E: 70 GPa, G: 27 GPa, density: 2700, A: 20 mm2, Iy: 200 mm4, Iz: 100 mm4, J: 150 mm4, polar_inertia_per_length: 1e-6 kg m, shear_centre_z: -5 mm}
+beams: {stringer: {chain: [d, e, f], section: bar}}
 elements:
   left: {type: shell4, nodes: [a, b, e, d], section: ply}
   right: {type: shell4, nodes: [b, c, f, e], section: plies}

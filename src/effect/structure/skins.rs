@@ -14,6 +14,12 @@ const SHARES: [usize; 3] = [2, 4, 8];
 const LEAST_STRETCH: usize = 2;
 
 impl Structure<'_> {
+    /// Whether a shell or a solid that deforms is at a node.
+    pub(in crate::effect) fn lies_on_a_skin(&self, node: usize) -> bool {
+        let is_skin = |&e: &usize| self.model.elements()[e].is_of_mesh() && self.deforms(e);
+        self.elements_at_nodes()[node].iter().any(is_skin)
+    }
+
     /// Whether an element is a shell.
     pub fn is_shell(&self, element: usize) -> bool {
         self.model.elements()[element].kind.properties().iter().any(|p| p.name == "bending_factor")
