@@ -14,15 +14,15 @@ fn frame(values: &[(&str, f64)], more: &str) -> Model {
          lines: {{spar: {{from: [0, 0, 0], direction: +x}}}}\n\
          nodes:\n  root: [0, 0, 0]\n  knee: [reach, 0, 0.2*height + 0.1 m]\n  tip: {{from: knee, offset: [0.3, aside, -0.05]}}\n  \
          left: {{mirror: tip}}\n  half: {{between: [knee, tip], fraction: 0.25}}\n  far: {{line: spar, at: 2*reach}}\n  \
-         post: {{frame: turned, at: [0.1, 0, height]}}\n  body: {{from: knee, offset: [arm, 0.02, 0.3]}}\n\
+         post: {{frame: turned, at: [0.1, 0, height]}}\n  body: {{from: knee, offset: [arm, 0.02, 0.3]}}\n  store: {{from: tip, offset: [0.1, 0, 0]}}\n\
          sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 300 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 0.01 kg m}}}}\n\
          beams:\n  stem: {{nodes: [root, knee], section: s, subdivide: 3}}\n  right: {{chain: [knee, half, tip], section: s, orientation: [1, 0, 1]}}\n  \
          left: {{nodes: [knee, left], section: s}}\n  boom: {{nodes: [knee, far], section: s, offsets: [[0, 0, 0.05], [0, 0, 0.05]]}}\n  \
          strut: {{nodes: [body, post], section: s}}\n\
          bars: {{stay: {{nodes: [root, tip], properties: {{EA: 2e4 N, mass_per_length: 0.1 kg/m}}}}}}\n\
-         masses: {{lump: {{node: body, mass: 2 kg, inertia: {{xx: 0.1 kg m2, yy: 0.2 kg m2, zz: 0.3 kg m2}}, offset: [0.01, 0.02, 0.03]}}}}\n\
+         masses: {{pinned: {{node: store, mass: 0.5 kg}}, lump: {{node: body, mass: 2 kg, inertia: {{xx: 0.1 kg m2, yy: 0.2 kg m2, zz: 0.3 kg m2}}, offset: [0.01, 0.02, 0.03]}}}}\n\
          springs: {{ground: {{node: tip, k: {{uz: 500 N/m}}}}}}\n\
-         rigid_links: {{arm: {{master: knee, slaves: [body]}}}}\nsupports: {{root: {{node: root}}}}\n{more}",
+         rigid_links: {{arm: {{master: knee, slaves: [body]}}, pin: {{master: tip, slaves: [store], dofs: [ux, uy, uz]}}}}\nsupports: {{root: {{node: root}}}}\n{more}",
         parameters.collect::<Vec<_>>().join(", ")
     );
     load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].render("f"))).0

@@ -42,6 +42,11 @@ pub(super) fn structure(base: &ModelSpec, updated: &ModelSpec) -> Vec<String> {
     differences("weighted_links", &base.weighted_links, &updated.weighted_links, &mut out);
     differences("ties", &base.ties, &updated.ties, &mut out);
     differences("constraints", &base.constraints, &updated.constraints, &mut out);
+    if base.modal_damping != updated.modal_damping {
+        out.push(
+            "modal_damping: it changed, and export writes no damping of modes; add it to the deck by hand".to_string(),
+        );
+    }
     out
 }
 

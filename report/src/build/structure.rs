@@ -11,7 +11,7 @@ use retune::element::{Axes, Dof};
 use retune::linalg::vector3::{dot, minus, plus};
 use retune::model::{Model, ParametricModel, PlacedElement, Vector};
 use std::cell::OnceCell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Whether an element is drawn as a point mass.
 fn is_mass(e: &PlacedElement) -> bool {
@@ -96,9 +96,12 @@ impl<'a> Places<'a> {
         self.structure.get_or_init(|| effect::Structure::new(self.model, Context::nothing()))
     }
 
-    /// Where the first place of a mesh among some is: its middle, and how far it reaches.
+    /// Where the first place of a mesh among some is: its middle, and how far it reaches; of beams on a mesh, their ends.
     fn on_mesh(&self, elements: &[usize], nodes: &[usize]) -> String {
         let all = self.model.elements();
+        if let Some(ends) = self.ends_on_mesh(elements) {
+            return ends;
+        }
         let of_mesh: Vec<usize> = elements.iter().copied().filter(|&e| all[e].is_of_mesh()).collect();
         let own: Vec<usize> = match of_mesh.as_slice() {
             [] => nodes.iter().copied().filter(|n| all.iter().any(|e| e.is_of_mesh() && e.nodes.contains(n))).collect(),
@@ -121,6 +124,34 @@ impl<'a> Places<'a> {
             1 => format!("1 element about ({x}, {y}, {z}) m"),
             n => format!("{n} elements within {} m of ({x}, {y}, {z}) m", number(far)),
         }
+    }
+
+    /// The ends of beams that lie end to end, the nodes of which are of a mesh.
+    fn ends_on_mesh(&self, elements: &[usize]) -> Option<String> {
+        self.model.spec().mesh.as_ref()?;
+        let all = self.model.elements();
+        let mut uses: BTreeMap<usize, usize> = BTreeMap::new();
+        for &e in elements {
+            let &[a, b] = all[e].nodes.as_slice() else { return None };
+            for n in [a, b] {
+                *uses.entry(n).or_default() += 1;
+            }
+        }
+        let is_named = |n: &usize| self.model.spec().nodes.contains_key(&self.model.geometry().names[*n]);
+        let ends: Vec<usize> = uses.iter().filter(|u| *u.1 == 1).map(|u| *u.0).collect();
+        let &[a, b] = ends.as_slice() else { return None };
+        if uses.values().any(|n| *n > 2) || uses.keys().all(is_named) {
+            return None;
+        }
+        let at = |n: usize| {
+            let size = self.model.geometry().size();
+            let [x, y, z] =
+                self.model.geometry().positions[n].map(|v| number(if v.abs() < 1e-6 * size { 0.0 } else { v }));
+            format!("({x}, {y}, {z})")
+        };
+        let n = elements.len();
+        let word = if n == 1 { "element" } else { "elements" };
+        Some(format!("{n} {word} from {} to {} m", at(a), at(b)))
     }
 
     /// The elements and the nodes of a name; of an end of an element, `element:node`, its node.

@@ -54,8 +54,13 @@ impl Moves<'_> {
 
     /// Whether a node moves against what carries it.
     fn has_other_arm(&self, node: usize) -> bool {
-        let (own, carried) = (self.step(node), self.step(self.carrier(node)));
-        own.iter().zip(&carried).any(|(a, b)| !a.plus(-1.0, b).terms.is_empty())
+        self.apart(node, self.carrier(node))
+    }
+
+    /// Whether two nodes move differently.
+    fn apart(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.step(a), self.step(b));
+        a.iter().zip(&b).any(|(a, b)| !a.plus(-1.0, b).terms.is_empty())
     }
 }
 
@@ -87,7 +92,7 @@ pub(super) fn follow(
             let what = if element.matrices.is_some() { "matrices of another solver" } else { "a shell or a solid" };
             let node = element.joined().iter().copied().find(|&n| moves.moves(n)).unwrap_or_default();
             let name = &geometry.names[node];
-            let text = format!("node `{name}` has a coordinate that a parameter moves, and carries {what}: these stay");
+            let text = format!("node `{name}` stands where a parameter says, and carries {what}: these stay");
             if !problems.iter().any(|p| p.path == element.path) {
                 problems.push(Problem::error(&element.path, text));
             }
@@ -109,17 +114,16 @@ fn refuse(spec: &ModelSpec, moves: &Moves<'_>, problems: &mut Vec<Problem>) {
             format_args!("node `{name}` has a coordinate that a parameter moves, and {why}"),
         ));
     };
+    let part = |a: &String, b: &String| node(a).zip(node(b)).is_some_and(|(a, b)| moves.apart(a, b));
     for (name, link) in &spec.rigid_links {
-        let partial = link.dofs.as_ref().is_some_and(|d| d.len() < 6);
-        let mut all = std::iter::once(&link.master).chain(&link.slaves);
-        if let Some(other) = all.find(|n| partial && node(n).is_some_and(|n| moves.moves(n))) {
-            let why = "a rigid link in some directions has a fixed arm: link all six, or let the node stay";
-            refuse(child("rigid_links", name), other, why);
+        let is_partial = link.dofs.as_ref().is_some_and(|d| d.len() < 6);
+        if let Some(slave) = link.slaves.iter().find(|slave| is_partial && part(&link.master, slave)) {
+            let why = "a rigid link in some directions has a fixed arm: link all six, or let both ends move alike";
+            refuse(child("rigid_links", name), slave, why);
         }
     }
     for (name, link) in &spec.weighted_links {
-        let mut all = std::iter::once(&link.node).chain(link.of.iter().flat_map(|set| &set.nodes));
-        if let Some(other) = all.find(|n| node(n).is_some_and(|n| moves.moves(n))) {
+        if let Some(other) = link.of.iter().flat_map(|set| &set.nodes).find(|other| part(&link.node, other)) {
             refuse(child("weighted_links", name), other, "a weighted link has fixed arms");
         }
     }
