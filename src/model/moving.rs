@@ -1,14 +1,16 @@
 //! Elements whose nodes stand where parameters say.
 //!
-//! The dofs of a model stay those of its nodes at the estimates; what moves is in the matrices. An element is asked for them where it stands at θ, and
-//! they are brought back to the axes and the ends that it has at the estimates:
+//! The dofs of a model stay those at the estimates; what moves is in the matrices. An element is asked for them where it stands at θ, and they are
+//! brought back to the axes and the ends that it has at the estimates:
 //!
 //! ```text
 //! K(θ) = Bᵀ K_θ B,    u_θ = R_θ R_0ᵀ u + R_θ ((R_0ᵀ φ) × b),    φ_θ = R_θ R_0ᵀ φ
 //! ```
 //!
-//! R are its axes (rows), u and φ the displacement and the rotation of an end, b how far the end lies beside the point that the dofs stand for. That is
-//! zero but for the slave of a rigid link, which the arm between them at the estimates carries: b is what has been added to that arm.
+//! R are its axes (rows), u and φ the displacement and the rotation of an end, b the rigid arm from the point that the dofs stand for to where the end
+//! is. That point is the node at the estimates, so that rigid motions do not depend on θ. A node that is held, constrained or without rotations has no
+//! such arm: its dofs ride with it, and b is what has been added to the arm of a rigid link at most. Rigid motions then depend on θ, and a structure that
+//! has some refuses it.
 
 use super::PointMotion;
 use super::affine::Affine;
@@ -21,10 +23,25 @@ use std::borrow::Cow;
 /// How one end moves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct EndMotion {
-    /// How far the point moves that its dofs stand for, global, m.
-    pub(super) carried: [Value; 3],
-    /// How far the end lies beside that point then, global, m.
-    pub(super) beside: [Value; 3],
+    /// How far its node moves, global, m.
+    pub(super) own: [Value; 3],
+    /// How far the node moves that carries it by rigid links: itself, where none does.
+    pub(super) root: [Value; 3],
+    /// Whether the dofs are those of the carrying node where it stands; else they stay those of the point at the estimates, which a rigid arm joins to
+    /// it, so that rigid motions of the structure do not depend on θ.
+    pub(super) rides: bool,
+}
+
+impl EndMotion {
+    /// How far the point moves that its dofs stand for, and how far the end lies beside that point then, global, m.
+    fn at(&self, theta: &[f64]) -> [Vector; 2] {
+        let own = at(&self.own, theta);
+        if !self.rides {
+            return [[0.0; 3], own];
+        }
+        let root = at(&self.root, theta);
+        [root, minus(own, root)]
+    }
 }
 
 /// How the ends of an element move.
@@ -47,30 +64,40 @@ impl Moving {
     }
 
     pub(super) fn expressions(&self) -> impl Iterator<Item = &Value> {
-        self.ends.iter().flat_map(|end| end.carried.iter().chain(&end.beside))
+        self.ends.iter().flat_map(|end| end.own.iter().chain(&end.root))
     }
 
     /// The same with other expressions; `None` where nothing moves then.
     pub(super) fn map(&self, of: impl Fn(&Value) -> Value) -> Option<Self> {
         let all = |v: &[Value; 3]| [0, 1, 2].map(|i| of(&v[i]));
-        let ends = self.ends.iter().map(|e| EndMotion { carried: all(&e.carried), beside: all(&e.beside) });
+        let ends = self.ends.iter().map(|e| EndMotion { own: all(&e.own), root: all(&e.root), rides: e.rides });
         let mapped = Self { ends: ends.collect(), near: self.near };
         let stays = |v: &Value| v.parameters().next().is_none() && v.at(&[]) == 0.0;
         let moves = !mapped.expressions().all(stays);
         moves.then_some(mapped)
     }
 
+    /// With other answers to what rides.
+    ///
+    /// * `rides` - of each end; `None` where it stays as it is
+    pub(super) fn riding(mut self, rides: impl Fn(usize) -> Option<bool>) -> Self {
+        for (k, end) in self.ends.iter_mut().enumerate() {
+            end.rides = rides(k).unwrap_or(end.rides);
+        }
+        self
+    }
+
     /// Moves ends by the change of the arms that carry them.
     pub(super) fn step_beside(&self, ends: &mut [Vector], theta: &[f64]) {
         for (place, end) in ends.iter_mut().zip(&self.ends) {
-            *place = plus(*place, 1.0, at(&end.beside, theta));
+            *place = plus(*place, 1.0, end.at(theta)[1]);
         }
     }
 
     /// Moves the points that the dofs stand for.
     pub(super) fn carry(&self, ends: &mut [Vector], theta: &[f64]) {
         for (place, end) in ends.iter_mut().zip(&self.ends) {
-            *place = plus(*place, 1.0, at(&end.carried, theta));
+            *place = plus(*place, 1.0, end.at(theta)[0]);
         }
     }
 }
@@ -80,14 +107,14 @@ impl EndMotion {
     ///
     /// * `rows` - of the six dofs where the node is at the estimates
     pub(super) fn point(&self, mut rows: [Vec<(usize, f64)>; 6], position: Vector, theta: &[f64]) -> PointMotion {
-        let beside = at(&self.beside, theta);
+        let [carried, beside] = self.at(theta);
         for (turn, axis) in GLOBAL.iter().enumerate() {
             let turned = rows[3 + turn].clone();
             for (row, lever) in rows[..3].iter_mut().zip(cross(*axis, beside)).filter(|(_, lever)| *lever != 0.0) {
                 row.extend(turned.iter().map(|&(row, factor)| (row, lever * factor)));
             }
         }
-        PointMotion { rows, position: plus(plus(position, 1.0, at(&self.carried, theta)), 1.0, beside) }
+        PointMotion { rows, position: plus(plus(position, 1.0, carried), 1.0, beside) }
     }
 }
 
@@ -128,8 +155,8 @@ impl Moving {
         turn: f64,
         theta: &[f64],
     ) -> Result<Stand<'static>, ElementError> {
-        let beside: Vec<Vector> = self.ends.iter().map(|end| at(&end.beside, theta)).collect();
-        let steps = self.ends.iter().zip(&beside).map(|(end, b)| plus(at(&end.carried, theta), 1.0, *b));
+        let beside: Vec<Vector> = self.ends.iter().map(|end| end.at(theta)[1]).collect();
+        let steps = self.ends.iter().map(|end| at(&end.own, theta));
         // Relative to the first end at the estimates, global.
         let to_global = |p: &Vector| (0..3).fold([0.0; 3], |sum, i| plus(sum, p[i], from[i]));
         let ends: Vec<Vector> = points.iter().zip(steps).map(|(p, step)| plus(to_global(p), 1.0, step)).collect();

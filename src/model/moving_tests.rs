@@ -1,13 +1,21 @@
 //! Coordinates that are parameters: at every θ the model is the one that stands there.
 
-use super::{Model, ParametricModel, Registry, load};
+use super::{Model, ParametricModel, PointMotion, Registry, load, solve_modes};
 use crate::linalg::DMatrix;
+use crate::modal::{Modes, SolveOptions};
 use crate::yaml::Severity;
 
 const VALUES: [(&str, f64); 4] = [("reach", 0.8), ("height", 0.5), ("aside", 0.4), ("arm", 0.15)];
 
 /// A swept frame: a node that moves in two directions, one beside it, one between, a mirror image, the slave of a rigid link, and a stay.
-fn frame(values: &[(&str, f64)], more: &str) -> Model {
+fn frame(values: &[(&str, f64)], is_free: bool) -> Model {
+    // A pin to a node that moves would make rigid motions depend on θ.
+    let [pin, pinned] = if is_free {
+        ["", ""]
+    } else {
+        [", pin: {master: tip, slaves: [store], dofs: [ux, uy, uz]}", "pinned: {node: store, mass: 0.5 kg}, "]
+    };
+    let supports = if is_free { "" } else { "supports: {root: {node: root}}\n" };
     let parameters = values.iter().map(|(name, v)| format!("{name}: {{value: {v} m, bounds: [0.05 m, 3 m]}}"));
     let text = format!(
         "retune: 1\nname: moved\nsymmetry: {{normal: y}}\nparameters: {{{}}}\nframes: {{turned: {{rotate: {{z: 30 deg}}}}}}\n\
@@ -20,9 +28,9 @@ fn frame(values: &[(&str, f64)], more: &str) -> Model {
          left: {{nodes: [knee, left], section: s}}\n  boom: {{nodes: [knee, far], section: s, offsets: [[0, 0, 0.05], [0, 0, 0.05]]}}\n  \
          strut: {{nodes: [body, post], section: s}}\n\
          bars: {{stay: {{nodes: [root, tip], properties: {{EA: 2e4 N, mass_per_length: 0.1 kg/m}}}}}}\n\
-         masses: {{pinned: {{node: store, mass: 0.5 kg}}, lump: {{node: body, mass: 2 kg, inertia: {{xx: 0.1 kg m2, yy: 0.2 kg m2, zz: 0.3 kg m2}}, offset: [0.01, 0.02, 0.03]}}}}\n\
+         masses: {{{pinned}lump: {{node: body, mass: 2 kg, inertia: {{xx: 0.1 kg m2, yy: 0.2 kg m2, zz: 0.3 kg m2}}, offset: [0.01, 0.02, 0.03]}}}}\n\
          springs: {{ground: {{node: tip, k: {{uz: 500 N/m}}}}}}\n\
-         rigid_links: {{arm: {{master: knee, slaves: [body]}}, pin: {{master: tip, slaves: [store], dofs: [ux, uy, uz]}}}}\nsupports: {{root: {{node: root}}}}\n{more}",
+         rigid_links: {{arm: {{master: knee, slaves: [body]}}{pin}}}\n{supports}",
         parameters.collect::<Vec<_>>().join(", ")
     );
     load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0].render("f"))).0
@@ -34,61 +42,102 @@ fn close(a: &DMatrix<f64>, b: &DMatrix<f64>, part: f64) -> bool {
 
 const ELSEWHERE: [f64; 4] = [1.1, 0.9, 0.25, 0.4];
 
-fn there() -> Model {
+fn there(is_free: bool) -> Model {
     let names = VALUES.map(|(name, _)| name);
-    frame(&names.into_iter().zip(ELSEWHERE).collect::<Vec<_>>(), "")
+    frame(&names.into_iter().zip(ELSEWHERE).collect::<Vec<_>>(), is_free)
 }
 
+fn modes(model: &Model) -> Modes {
+    solve_modes(model, &ELSEWHERE, SolveOptions { n_elastic: 8, shift: None }).unwrap()
+}
+
+/// Held at its root and free, where rigid motions do not depend on where nodes stand.
 #[test]
 fn at_every_theta_the_model_is_the_one_that_stands_there() {
-    let (here, there) = (frame(&VALUES, ""), there());
-    let (moved, built) = (here.assemble(&ELSEWHERE).unwrap(), there.assemble(&ELSEWHERE).unwrap());
-    assert!(close(&moved.stiffness, &built.stiffness, 1e-12));
-    assert!(close(&moved.mass, &built.mass, 1e-12));
-    assert!(!close(&here.assemble(&VALUES.map(|v| v.1)).unwrap().stiffness, &built.stiffness, 0.01));
-    let [moved, built] = [&here, &there].map(|m| m.mass_properties(&ELSEWHERE).unwrap().unwrap());
-    assert!((moved.mass - built.mass).abs() < 1e-12 * built.mass);
-    for i in 0..3 {
-        assert!((moved.cg[i] - built.cg[i]).abs() < 1e-12, "{:?} {:?}", moved.cg, built.cg);
-        for j in 0..3 {
-            assert!((moved.inertia[i][j] - built.inertia[i][j]).abs() < 1e-11);
+    for is_free in [false, true] {
+        let (here, there) = (frame(&VALUES, is_free), there(is_free));
+        let (moved, built) = (modes(&here), modes(&there));
+        assert_eq!((moved.n_rigid, moved.len()), (built.n_rigid, built.len()));
+        // The spring to ground holds one of six.
+        assert_eq!(moved.n_rigid, if is_free { 5 } else { 0 });
+        for k in moved.n_rigid..moved.len() {
+            let (a, b) = (moved.lambda[k], built.lambda[k]);
+            assert!((a - b).abs() < 1e-9 * b, "{is_free}, mode {k}: {a} against {b}");
         }
+        let still = solve_modes(&here, &VALUES.map(|v| v.1), SolveOptions { n_elastic: 8, shift: None }).unwrap();
+        assert!((still.lambda[moved.n_rigid] / moved.lambda[moved.n_rigid] - 1.0).abs() > 0.01);
+        let [moved, built] = [&here, &there].map(|m| m.mass_properties(&ELSEWHERE).unwrap().unwrap());
+        // The dofs of a node that moves stand for the point at the estimates: its mass is there by a rigid arm.
+        assert!((moved.mass - built.mass).abs() < 1e-12 * built.mass);
+        for i in 0..3 {
+            assert!((moved.cg[i] - built.cg[i]).abs() < 1e-9, "{:?} {:?}", moved.cg, built.cg);
+            for j in 0..3 {
+                assert!((moved.inertia[i][j] - built.inertia[i][j]).abs() < 1e-9);
+            }
+        }
+        let [dense, sparse] = [
+            here.assemble(&ELSEWHERE).unwrap().stiffness,
+            here.assemble_sparse(&ELSEWHERE).unwrap().stiffness.to_dense(),
+        ];
+        assert!(close(&sparse, &dense, 1e-12));
     }
-    let sparse = here.assemble_sparse(&ELSEWHERE).unwrap();
-    assert!(close(&sparse.stiffness.to_dense(), &there.assemble(&ELSEWHERE).unwrap().stiffness, 1e-12));
 }
 
 /// What is measured: at nodes, on an arm, inside a member.
 #[test]
 fn points_move_with_what_they_sit_on() {
-    let (here, there) = (frame(&VALUES, ""), there());
-    let same = |a: &super::PointMotion, b: &super::PointMotion| {
-        let n = here.dof_map().n_dof();
-        let dense = |rows: &[Vec<(usize, f64)>; 6]| {
-            let mut out = DMatrix::<f64>::zeros(6, n);
-            rows.iter().enumerate().for_each(|(i, row)| row.iter().for_each(|&(j, f)| out[(i, j)] += f));
-            out
+    let (here, there) = (frame(&VALUES, false), there(false));
+    let (moved, built) = (modes(&here), modes(&there));
+    let same = |a: &PointMotion, b: &PointMotion, name: &str| {
+        let motion = |p: &PointMotion, m: &Modes, k: usize, i: usize| -> f64 {
+            p.rows[i].iter().map(|&(row, f)| f * m.shapes[(row, k)]).sum()
         };
-        (0..3).all(|i| (a.position[i] - b.position[i]).abs() < 1e-12)
-            && (dense(&a.rows) - dense(&b.rows)).amax() < 1e-12
+        assert!(
+            (0..3).all(|i| (a.position[i] - b.position[i]).abs() < 1e-9),
+            "{name}: {:?} {:?}",
+            a.position,
+            b.position
+        );
+        for k in 0..moved.len() {
+            for i in 0..6 {
+                let (x, y) = (motion(a, &moved, k, i).abs(), motion(b, &built, k, i).abs());
+                assert!((x - y).abs() < 1e-6 * (1.0 + y), "{name}, mode {k}, dof {i}: {x} {y}");
+            }
+        }
     };
-    for node in ["knee", "tip", "left", "half", "far", "post", "body", "stem/0.3333"] {
+    for node in ["knee", "tip", "left", "half", "far", "post", "body", "store", "stem/0.3333"] {
         let of = |m: &Model| {
             let index = m.geometry().node(node).unwrap_or_else(|| panic!("{node}"));
             m.node_at(index, &ELSEWHERE).unwrap().unwrap_or_else(|| panic!("{node}"))
         };
-        assert!(same(&of(&here), &of(&there)), "{node}");
+        same(&of(&here), &of(&there), node);
     }
     assert!(here.node_at(here.geometry().node("root").unwrap(), &ELSEWHERE).unwrap().is_none());
     for element in ["stem", "right.2", "left", "boom", "strut"] {
         let of = |m: &Model| m.point_at(element, 0.4, &ELSEWHERE).unwrap().unwrap();
-        assert!(same(&of(&here), &of(&there)), "{element}");
+        same(&of(&here), &of(&there), element);
     }
+}
+
+/// Where a structure moves as a rigid body, what is held in part or does not turn cannot be moved: its rigid motions would.
+#[test]
+fn a_pin_of_a_free_structure_has_a_fixed_place() {
+    let text = |supports: &str| {
+        format!(
+            "retune: 1\nname: m\nparameters: {{x: {{value: 1 m, bounds: [0.5 m, 2 m]}}}}\nnodes: {{a: [0, 0, 0], b: [x, 0, 0], c: [2, 0, 0]}}\n\
+             sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 100 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 1 kg m}}}}\n\
+             beams: {{m: {{chain: [a, b, c], section: s}}}}\n{supports}"
+        )
+    };
+    let pinned = load(&text("supports: {p: {node: b, fixed: [ux, uy, uz]}}\n"), &Registry::builtin()).unwrap_err();
+    assert!(pinned.iter().any(|p| p.path == "nodes.b" && p.message.contains("rigid body")), "{pinned:?}");
+    load(&text("supports: {p: {node: b, fixed: [ux, uy, uz]}, q: {node: a}}\n"), &Registry::builtin()).unwrap();
+    load(&text(""), &Registry::builtin()).unwrap();
 }
 
 #[test]
 fn the_slopes_are_those_of_differences() {
-    let model = frame(&VALUES, "");
+    let model = frame(&VALUES, false);
     for j in 0..VALUES.len() {
         let at = |step: f64| {
             let mut theta = ELSEWHERE;

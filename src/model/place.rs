@@ -15,6 +15,7 @@ mod superelements;
 mod supports;
 mod ties;
 
+pub(super) use moving::riding;
 pub(super) use parameters::parameters;
 pub(super) use superelements::left_out_of_effects;
 

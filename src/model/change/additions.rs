@@ -8,14 +8,14 @@ use crate::model::connection::{Connection, motion_in_axes, place as place_of};
 use crate::model::constraint::{Elimination, eliminate};
 use crate::model::dof_map::Combination;
 use crate::model::elastic_support::ElasticSupports;
-use crate::model::place::{Placed, place};
+use crate::model::place::{Placed, place, riding};
 use crate::model::placed_element::{Compliance, PlacedElement};
 use crate::model::registry::Registry;
 use crate::model::spec::ModelSpec;
 use crate::model::value::{Affine, Value};
 use crate::model::{Model, ParametricModel};
 use crate::yaml::Severity;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A file with many changes, placed.
@@ -30,6 +30,8 @@ pub struct Additions {
     users: HashMap<usize, Vec<usize>>,
     /// Nodes of the model by those of the longer file.
     nodes: Vec<Option<usize>>,
+    /// Nodes of the model whose dofs ride with them, should a change move them.
+    riding: HashSet<usize>,
     /// Elements of the model by name.
     known: HashMap<String, usize>,
     /// Paths of what is wrong in the file.
@@ -59,8 +61,10 @@ impl Additions {
         let nodes = placed.geometry.names.iter().map(|name| model.geometry().node(name)).collect();
         let wrong = problems.into_iter().filter(|p| p.severity == Severity::Error);
         let refused = wrong.map(|p| p.path).collect();
+        let moves = !placed.moved.is_empty();
+        let riding = if moves { riding(model.spec(), model.geometry(), model.elements()) } else { HashSet::new() };
         let (model, on_rows) = (model.clone(), Mutex::default());
-        Self { model, placed, elimination, index_of, users, nodes, known, refused, on_rows }
+        Self { model, placed, elimination, index_of, users, nodes, riding, known, refused, on_rows }
     }
 
     /// The matrices of an element of the model that stands for a superelement or a term of one.
@@ -109,7 +113,10 @@ impl Additions {
             ] {
                 *factor = factor.as_ref().map(alone);
             }
-            element.moving = element.moving.as_ref().and_then(|m| m.map(alone)).map(Arc::new);
+            element.moving = element.moving.as_ref().and_then(|m| m.map(alone)).map(|m| {
+                // As in the model with this change alone: links of others hold no node.
+                Arc::new(m.riding(|k| Some(self.riding.contains(&self.nodes[element.nodes[k]]?))))
+            });
             let before = self.known.get(&element.name).copied();
             if element.matrices.is_some() {
                 // A change brings no superelement.

@@ -1,6 +1,7 @@
 //! Which elements stand on nodes that parameters move, and what must not.
 
 use super::axes::default_near_z;
+use crate::element::Dof;
 use crate::model::affine::Affine;
 use crate::model::geometry::{Geometry, Place, still};
 use crate::model::moving::{EndMotion, Moving, expressions};
@@ -8,7 +9,7 @@ use crate::model::parameter::ParameterSet;
 use crate::model::placed_element::PlacedElement;
 use crate::model::spec::ModelSpec;
 use crate::yaml::{Problem, child};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// Nodes that move, and the nodes of the rigid bodies that they are of.
@@ -17,6 +18,8 @@ struct Moves<'a> {
     nominal: Vec<f64>,
     /// Slave -> master, of links in all directions.
     master: BTreeMap<usize, usize>,
+    /// Nodes whose dofs ride with them.
+    riding: HashSet<usize>,
 }
 
 impl Moves<'_> {
@@ -31,20 +34,14 @@ impl Moves<'_> {
         }
     }
 
-    /// The node that carries it: the last master of its links.
-    fn carrier(&self, mut node: usize) -> usize {
-        let mut left = self.master.len();
-        while let Some(&master) = self.master.get(&node).filter(|_| left > 0) {
-            (node, left) = (master, left - 1);
-        }
-        node
+    fn carrier(&self, node: usize) -> usize {
+        carrier(&self.master, node)
     }
 
     fn end(&self, node: usize) -> EndMotion {
-        let carried = self.step(self.carrier(node));
-        let own = self.step(node);
-        let beside = [0, 1, 2].map(|i| own[i].plus(-1.0, &carried[i]));
-        EndMotion { carried: expressions(carried), beside: expressions(beside) }
+        let root = self.carrier(node);
+        let rides = self.riding.contains(&root);
+        EndMotion { own: expressions(self.step(node)), root: expressions(self.step(root)), rides }
     }
 
     /// Whether a node moves, or what carries it.
@@ -64,6 +61,50 @@ impl Moves<'_> {
     }
 }
 
+/// Slave -> master, of links in all directions.
+fn masters(spec: &ModelSpec, geometry: &Geometry) -> BTreeMap<usize, usize> {
+    let mut master = BTreeMap::new();
+    for link in spec.rigid_links.values().filter(|l| l.dofs.as_ref().is_none_or(|d| d.len() == 6)) {
+        let of = |slave: &String| Some((geometry.node(slave)?, geometry.node(&link.master)?));
+        master.extend(link.slaves.iter().filter_map(of));
+    }
+    master
+}
+
+/// The node that carries another: the last master of its links.
+fn carrier(master: &BTreeMap<usize, usize>, mut node: usize) -> usize {
+    let mut left = master.len();
+    while let Some(&next) = master.get(&node).filter(|_| left > 0) {
+        (node, left) = (next, left - 1);
+    }
+    node
+}
+
+/// Nodes whose dofs ride with them, should parameters move them: those that are held or constrained where they stand, and those without rotations, which
+/// no rigid arm can leave. A node that another carries rides where that one does.
+pub(in crate::model) fn riding(spec: &ModelSpec, geometry: &Geometry, elements: &[PlacedElement]) -> HashSet<usize> {
+    let partial = spec.rigid_links.values().filter(|l| l.dofs.as_ref().is_some_and(|d| d.len() < 6));
+    let linked = partial.flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
+    let weighted = spec.weighted_links.values();
+    let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
+    let constrained = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
+    let held = spec.supports.values().flat_map(|s| s.node.iter().chain(s.nodes.iter().flatten()));
+    let names = linked.chain(weighted).chain(constrained).chain(held);
+    let mut riding: HashSet<usize> = names.filter_map(|name| geometry.node(name)).collect();
+    let master = masters(spec, geometry);
+    let mut turns = vec![false; geometry.names.len()];
+    for element in elements.iter().filter(|e| e.matrices.is_none()) {
+        for (&node, dofs) in element.nodes.iter().zip(element.kind.nodes()) {
+            let all = [Dof::Rx, Dof::Ry, Dof::Rz].iter().all(|d| dofs.contains(d)) && element.nodes.len() > 1;
+            turns[carrier(&master, node)] |= all;
+        }
+    }
+    riding.extend((0..turns.len()).filter(|&n| !turns[carrier(&master, n)]));
+    let carried = (0..turns.len()).filter(|n| riding.contains(&carrier(&master, *n))).collect::<Vec<_>>();
+    riding.extend(carried);
+    riding
+}
+
 /// Lets elements follow nodes that parameters move; how these move.
 ///
 /// Errors: what a node that moves is not allowed to carry.
@@ -77,12 +118,8 @@ pub(super) fn follow(
     if geometry.moving_nodes().next().is_none() {
         return BTreeMap::new();
     }
-    let mut master = BTreeMap::new();
-    for link in spec.rigid_links.values().filter(|l| l.dofs.as_ref().is_none_or(|d| d.len() == 6)) {
-        let of = |slave: &String| Some((geometry.node(slave)?, geometry.node(&link.master)?));
-        master.extend(link.slaves.iter().filter_map(of));
-    }
-    let moves = Moves { geometry, nominal: parameters.nominal(), master };
+    let riding = riding(spec, geometry, elements);
+    let moves = Moves { geometry, nominal: parameters.nominal(), master: masters(spec, geometry), riding };
     refuse(spec, &moves, problems);
     for element in elements {
         if !element.joined().iter().any(|&n| moves.moves(n)) {

@@ -1,0 +1,68 @@
+//! Which nodes parameters may move.
+
+use super::Model;
+use crate::element::Dof;
+use crate::linalg::symmetric_eigen;
+use crate::modal::ModalError;
+use crate::model::dependence::interior_point;
+use crate::model::place::riding;
+use crate::model::{ModelError, ParametricModel};
+use crate::yaml::{Problem, child};
+use std::collections::HashSet;
+
+/// A combination of the six rigid motions that strains less than this part of what the stiffest of them does strains nothing.
+const UNSTRAINED: f64 = 1e-10;
+
+impl Model {
+    /// Nodes that no parameter may move: their dofs would ride with them while the structure has rigid motions, which would then depend on θ. None
+    /// where it has no rigid motion.
+    ///
+    /// # Errors
+    /// The model has no matrices.
+    pub(crate) fn fixed_places(&self) -> Result<HashSet<usize>, ModelError> {
+        if self.has_rigid_motions()? {
+            Ok(riding(&self.spec, &self.geometry, &self.elements))
+        } else {
+            Ok(HashSet::new())
+        }
+    }
+
+    fn has_rigid_motions(&self) -> Result<bool, ModelError> {
+        let mut motions = self.dofs.rigid_motions();
+        for mut column in motions.column_iter_mut() {
+            let norm = column.norm();
+            if norm > 0.0 {
+                column /= norm;
+            }
+        }
+        let k = self.assemble_sparse(&interior_point(&self.parameters))?.stiffness;
+        let work = motions.tr_mul(&k.mul(&motions));
+        let moving: Vec<usize> = (0..motions.ncols()).filter(|&i| motions.column(i).norm() > 0.0).collect();
+        if moving.is_empty() {
+            return Ok(false);
+        }
+        let work = work.select_rows(&moving).select_columns(&moving);
+        let largest = (0..k.n()).map(|i| k.diagonal(i)).fold(0.0, f64::max);
+        let least =
+            symmetric_eigen(&work).map_err(ModalError::from)?.values.iter().copied().fold(f64::INFINITY, f64::min);
+        Ok(least < UNSTRAINED * largest)
+    }
+
+    /// What is wrong with a node that a parameter moves and must not.
+    pub(super) fn moves_wrongly(&self) -> Result<Option<Problem>, ModelError> {
+        let has_dofs = |n: usize| Dof::ALL.into_iter().any(|dof| !self.dofs.express(n, dof).is_empty());
+        let mut riding = self.moved.iter().filter(|(_, m)| m.rides).map(|(n, _)| *n);
+        let Some(node) = riding.find(|&n| has_dofs(n)) else { return Ok(None) };
+        if !self.has_rigid_motions()? {
+            return Ok(None);
+        }
+        let name = &self.geometry.names[node];
+        Ok(Some(Problem::error(
+            child("nodes", name),
+            format_args!(
+                "the structure moves as a rigid body, and node `{name}`, which stands where a parameter says, is held, is constrained or does not turn: its \
+                 place must be a number"
+            ),
+        )))
+    }
+}
