@@ -49,7 +49,9 @@ impl Effect for NodePosition {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        if structure.is_wider() || structure.total_mass() <= 0.0 {
+        // On stand-ins the rigid motions of a free structure would not be found to strain nothing.
+        let is_free = || structure.model().has_rigid_motions().unwrap_or(true);
+        if structure.is_wider() || structure.total_mass() <= 0.0 || is_free() {
             return Vec::new();
         }
         let frame = Frame::of(structure);

@@ -20,6 +20,9 @@ use crate::element::{Axes, ElementError};
 use crate::linalg::{DMatrix, SymMatrix};
 use std::borrow::Cow;
 
+/// A sum that is no more than this part of its terms' moduli is rounding.
+const CANCELLED: f64 = 1e-13;
+
 /// How one end moves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct EndMotion {
@@ -118,6 +121,11 @@ impl EndMotion {
     }
 }
 
+/// A part of a vector; zero where it is rounding of it.
+fn of_unit(part: f64, length: f64) -> f64 {
+    if part.abs() <= CANCELLED * length { 0.0 } else { part }
+}
+
 fn at(v: &[Value; 3], theta: &[f64]) -> Vector {
     [0, 1, 2].map(|i| v[i].at(theta))
 }
@@ -178,11 +186,11 @@ impl Moving {
         for (k, b) in beside.iter().enumerate() {
             for i in 0..3 {
                 for j in 0..3 {
-                    let cosine = dot(axes[i], from[j]);
+                    let cosine = of_unit(dot(axes[i], from[j]), 1.0);
                     back[(6 * k + i, 6 * k + j)] = cosine;
                     back[(6 * k + 3 + i, 6 * k + 3 + j)] = cosine;
                     // Axis j of the rotation, in global axes, times the arm.
-                    back[(6 * k + i, 6 * k + 3 + j)] = dot(axes[i], cross(from[j], *b));
+                    back[(6 * k + i, 6 * k + 3 + j)] = of_unit(dot(axes[i], cross(from[j], *b)), dot(*b, *b).sqrt());
                 }
             }
         }
@@ -194,7 +202,13 @@ impl Stand<'_> {
     /// A matrix of the element where it stands, in the axes and at the ends that it has at the estimates.
     pub(super) fn brought_back(&self, matrix: SymMatrix) -> SymMatrix {
         match &self.back {
-            Some(b) => SymMatrix::from_dense(&(b.transpose() * matrix.to_dense() * b)),
+            // What rounding has left where terms cancel would load motions that nothing strains.
+            Some(b) => {
+                let a = matrix.to_dense();
+                let size = b.abs().transpose() * a.abs() * b.abs();
+                let clean = |value: f64, size: f64| if value.abs() <= CANCELLED * size { 0.0 } else { value };
+                SymMatrix::from_dense(&(b.transpose() * a * b).zip_map(&size, clean))
+            }
             None => matrix,
         }
     }

@@ -171,3 +171,22 @@ fn what_has_fixed_arms_refuses_a_node_that_moves() {
         "hold or constrain the master",
     );
 }
+
+/// No element of a free structure is strained by a rigid motion, wherever its nodes stand.
+#[test]
+fn rigid_motions_strain_no_element() {
+    let model = frame(&VALUES, true);
+    let motions = model.dof_map().rigid_motions();
+    for (e, element) in model.elements().iter().enumerate().filter(|(_, e)| e.nodes.len() == 2) {
+        let connection = model.element_motion(e);
+        let rows = motions.select_rows(&connection.rows);
+        for theta in [VALUES.map(|v| v.1), ELSEWHERE] {
+            let k = connection.reduce(&model.element_matrices(e, &theta).unwrap().stiffness);
+            let (force, size) = (&k * &rows, k.abs() * rows.abs());
+            for j in 0..6 {
+                let (force, size) = (force.column(j).amax(), size.column(j).amax());
+                assert!(force <= 1e-11 * size, "{}, motion {j}: {force:e} of {size:e}", element.name);
+            }
+        }
+    }
+}

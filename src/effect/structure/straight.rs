@@ -39,8 +39,6 @@ impl<'a> Frame<'a> {
                 bound.extend(element.joined().iter().copied());
             }
         }
-        // Without matrices nothing is offered elsewhere either.
-        bound.extend(structure.model.fixed_places().unwrap_or_default());
         let mut frame = Self { structure, bound, is_grid: false };
         let n = spec.nodes.len();
         frame.is_grid = (0..n).filter(|&node| frame.is_joint(node)).nth(MOST_JOINTS).is_some();

@@ -28,7 +28,7 @@ fn wings(store: f64, tip: f64) -> String {
         "retune: 1\nname: wings\nsymmetry: {{normal: y}}\nactive_dofs: [uz, rx, ry]\nsections: {{s: {{{SECTION}}}}}\nnodes:\n  root: [0, 0, 0]\n  \
          r1: [{}, {store}, 0]\n  r2: [0.4, {tip}, 0]\n  l1: {{mirror: r1}}\n  l2: {{mirror: r2}}\nbeams:\n  \
          right: {{chain: [root, r1, r2], section: s}}\n  left: {{chain: [root, l1, l2], section: s}}\n\
-         masses: {{stores: {{nodes: [r1, l1], mass: 1 kg}}, body: {{node: root, mass: 5 kg, inertia: {{xx: 1 kg m2, yy: 1 kg m2, zz: 1 kg m2}}}}}}\n",
+         masses: {{stores: {{nodes: [r1, l1], mass: 1 kg}}}}\nsupports: {{root: {{node: root}}}}\n",
         0.4 * store
     )
 }

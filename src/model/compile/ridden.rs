@@ -5,29 +5,18 @@ use crate::element::Dof;
 use crate::linalg::symmetric_eigen;
 use crate::modal::ModalError;
 use crate::model::dependence::interior_point;
-use crate::model::place::riding;
 use crate::model::{ModelError, ParametricModel};
 use crate::yaml::{Problem, child};
-use std::collections::HashSet;
 
 /// A combination of the six rigid motions that strains less than this part of what the stiffest of them does strains nothing.
 const UNSTRAINED: f64 = 1e-10;
 
 impl Model {
-    /// Nodes that no parameter may move: their dofs would ride with them while the structure has rigid motions, which would then depend on θ. None
-    /// where it has no rigid motion.
+    /// Whether the structure moves as a rigid body in some way.
     ///
     /// # Errors
     /// The model has no matrices.
-    pub(crate) fn fixed_places(&self) -> Result<HashSet<usize>, ModelError> {
-        if self.has_rigid_motions()? {
-            Ok(riding(&self.spec, &self.geometry, &self.elements))
-        } else {
-            Ok(HashSet::new())
-        }
-    }
-
-    fn has_rigid_motions(&self) -> Result<bool, ModelError> {
+    pub(crate) fn has_rigid_motions(&self) -> Result<bool, ModelError> {
         let mut motions = self.dofs.rigid_motions();
         for mut column in motions.column_iter_mut() {
             let norm = column.norm();
