@@ -49,9 +49,7 @@ impl Effect for NodePosition {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        // On stand-ins the rigid motions of a free structure would not be found to strain nothing.
-        let is_free = || structure.model().has_rigid_motions().unwrap_or(true);
-        if structure.is_wider() || structure.total_mass() <= 0.0 || is_free() {
+        if structure.is_wider() || structure.total_mass() <= 0.0 {
             return Vec::new();
         }
         let frame = Frame::of(structure);
@@ -59,7 +57,11 @@ impl Effect for NodePosition {
             let nodes = structure.nodes(|n| frame.moved(n, direction).is_some());
             nodes.into_iter().map(move |at| at.along(direction))
         };
-        AXES.into_iter().chain([ALONG]).flat_map(along).filter(|at| moved(structure, &frame, at).is_some()).collect()
+        let all = AXES.into_iter().chain([ALONG]).flat_map(along);
+        let all: Vec<Location> = all.filter(|at| moved(structure, &frame, at).is_some()).collect();
+        // On stand-ins the rigid motions of a free structure would not be found to strain nothing. K is assembled only where there is something to move.
+        let is_free = !all.is_empty() && structure.model().has_rigid_motions().unwrap_or(true);
+        if is_free { Vec::new() } else { all }
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -15,6 +15,7 @@ pub(super) use self::pattern::dependences;
 use self::samples::{ALL_CHECKS, Samples};
 use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
+use super::rounding::clean;
 use super::value::Value;
 use super::{ElementMatrices, ModelError};
 use crate::element::{ElementError, ElementInput, StrainParts};
@@ -163,13 +164,6 @@ fn affine(samples: &mut Samples<'_>) -> Option<Terms> {
     let slopes = samples.used.iter().map(|&j| Monomial::parameter(j)).zip(slopes);
     let terms: Terms = std::iter::once((Monomial::default(), constant)).chain(slopes).collect();
     samples.agree(&terms, ALL_CHECKS)?.then_some(terms)
-}
-
-/// A difference that is no more than this part of the sum of its terms' moduli is rounding.
-const ROUNDING: f64 = 1e-13;
-
-fn clean(difference: f64, size: f64) -> f64 {
-    if difference.abs() <= ROUNDING * size { 0.0 } else { difference }
 }
 
 /// The estimates, moved into their bounds.

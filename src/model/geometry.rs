@@ -75,13 +75,6 @@ pub struct Frame {
     pub axes: Rotation,
 }
 
-impl Frame {
-    /// Global coordinates of a position in the frame.
-    pub fn to_global(&self, p: Vector) -> Vector {
-        (0..3).fold(self.origin, |sum, i| plus(sum, p[i], self.axes[i]))
-    }
-}
-
 /// Where a superelement stands: mirrored across an axis of its own, then turned and moved.
 pub(super) struct Stand {
     frame: Frame,

@@ -64,6 +64,7 @@ mod plies_tests;
 mod polynomial;
 mod reduced;
 mod registry;
+mod rounding;
 #[cfg(test)]
 mod section_tests;
 mod solver;

@@ -15,13 +15,11 @@
 use super::PointMotion;
 use super::affine::Affine;
 use super::geometry::{GLOBAL, Rotation, Vector, axes_along, cross, dot, minus, plus, turned};
+use super::rounding::clean;
 use super::value::Value;
 use crate::element::{Axes, ElementError};
 use crate::linalg::{DMatrix, SymMatrix};
 use std::borrow::Cow;
-
-/// A sum that is no more than this part of its terms' moduli is rounding.
-const CANCELLED: f64 = 1e-13;
 
 /// How one end moves.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -90,10 +88,10 @@ impl Moving {
         self
     }
 
-    /// Moves ends by the change of the arms that carry them.
-    pub(super) fn step_beside(&self, ends: &mut [Vector], theta: &[f64]) {
+    /// Moves ends to where they are.
+    pub(super) fn step(&self, ends: &mut [Vector], theta: &[f64]) {
         for (place, end) in ends.iter_mut().zip(&self.ends) {
-            *place = plus(*place, 1.0, end.at(theta)[1]);
+            *place = plus(*place, 1.0, at(&end.own, theta));
         }
     }
 
@@ -119,11 +117,6 @@ impl EndMotion {
         }
         PointMotion { rows, position: plus(plus(position, 1.0, carried), 1.0, beside) }
     }
-}
-
-/// A part of a vector; zero where it is rounding of it.
-fn of_unit(part: f64, length: f64) -> f64 {
-    if part.abs() <= CANCELLED * length { 0.0 } else { part }
 }
 
 fn at(v: &[Value; 3], theta: &[f64]) -> Vector {
@@ -186,11 +179,11 @@ impl Moving {
         for (k, b) in beside.iter().enumerate() {
             for i in 0..3 {
                 for j in 0..3 {
-                    let cosine = of_unit(dot(axes[i], from[j]), 1.0);
+                    let cosine = clean(dot(axes[i], from[j]), 1.0);
                     back[(6 * k + i, 6 * k + j)] = cosine;
                     back[(6 * k + 3 + i, 6 * k + 3 + j)] = cosine;
                     // Axis j of the rotation, in global axes, times the arm.
-                    back[(6 * k + i, 6 * k + 3 + j)] = of_unit(dot(axes[i], cross(from[j], *b)), dot(*b, *b).sqrt());
+                    back[(6 * k + i, 6 * k + 3 + j)] = clean(dot(axes[i], cross(from[j], *b)), dot(*b, *b).sqrt());
                 }
             }
         }
@@ -206,7 +199,6 @@ impl Stand<'_> {
             Some(b) => {
                 let a = matrix.to_dense();
                 let size = b.abs().transpose() * a.abs() * b.abs();
-                let clean = |value: f64, size: f64| if value.abs() <= CANCELLED * size { 0.0 } else { value };
                 SymMatrix::from_dense(&(b.transpose() * a * b).zip_map(&size, clean))
             }
             None => matrix,

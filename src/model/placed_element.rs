@@ -147,9 +147,9 @@ impl PlacedElement {
     ///
     /// * `positions` - of the nodes of the model, at the estimates
     pub(super) fn tips_at(&self, positions: &[Vector], theta: &[f64]) -> Vec<Vector> {
-        let mut ends = self.ends_at(positions, theta);
+        let mut ends = self.ends(positions);
         if let Some(moving) = &self.moving {
-            moving.step_beside(&mut ends, theta);
+            moving.step(&mut ends, theta);
         }
         ends
     }

@@ -118,11 +118,11 @@ impl<'a> Places<'a> {
             dot(d, d).sqrt()
         };
         let far = at.iter().map(off).fold(0.0, f64::max);
-        let [x, y, z] = middle.map(|v| number(if v.abs() < 1e-6 * far { 0.0 } else { v }));
+        let middle = point(middle, far);
         match of_mesh.len() {
-            0 => format!("({x}, {y}, {z}) m"),
-            1 => format!("1 element about ({x}, {y}, {z}) m"),
-            n => format!("{n} elements within {} m of ({x}, {y}, {z}) m", number(far)),
+            0 => format!("{middle} m"),
+            1 => format!("1 element about {middle} m"),
+            n => format!("{n} elements within {} m of {middle} m", number(far)),
         }
     }
 
@@ -143,12 +143,8 @@ impl<'a> Places<'a> {
         if uses.values().any(|n| *n > 2) || uses.keys().all(is_named) {
             return None;
         }
-        let at = |n: usize| {
-            let size = self.model.geometry().size();
-            let [x, y, z] =
-                self.model.geometry().positions[n].map(|v| number(if v.abs() < 1e-6 * size { 0.0 } else { v }));
-            format!("({x}, {y}, {z})")
-        };
+        let geometry = self.model.geometry();
+        let at = |n: usize| point(geometry.positions[n], geometry.size());
         let n = elements.len();
         let word = if n == 1 { "element" } else { "elements" };
         Some(format!("{n} {word} from {} to {} m", at(a), at(b)))
@@ -308,4 +304,10 @@ pub(crate) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
         sensors,
         ..Structure::default()
     })
+}
+
+/// Coordinates; zero where they are rounding of a size.
+fn point(at: Vector, size: f64) -> String {
+    let [x, y, z] = at.map(|v| number(if v.abs() < 1e-6 * size { 0.0 } else { v }));
+    format!("({x}, {y}, {z})")
 }

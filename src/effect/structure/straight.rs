@@ -27,13 +27,13 @@ pub(in crate::effect) struct Frame<'a> {
 impl<'a> Frame<'a> {
     pub(in crate::effect) fn of(structure: &'a Structure<'a>) -> Self {
         let (spec, geometry) = (structure.model.spec(), structure.model.geometry());
-        let links = spec.rigid_links.values().flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
         let weighted = spec.weighted_links.values();
         let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
         let constrained = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
         let tied = spec.ties.values().flat_map(|t| &t.nodes);
-        let names = links.chain(weighted).chain(constrained).chain(tied);
-        let mut bound: HashSet<usize> = names.filter_map(|name| geometry.node(name)).collect();
+        let names = weighted.chain(constrained).chain(tied);
+        let mut bound = structure.linked();
+        bound.extend(names.filter_map(|name| geometry.node(name)));
         for element in structure.model.elements() {
             if element.matrices.is_some() || element.nodes.len() > 2 {
                 bound.extend(element.joined().iter().copied());

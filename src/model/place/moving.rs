@@ -7,7 +7,7 @@ use crate::model::geometry::{Geometry, Place, still};
 use crate::model::moving::{EndMotion, Moving, expressions};
 use crate::model::parameter::ParameterSet;
 use crate::model::placed_element::PlacedElement;
-use crate::model::spec::ModelSpec;
+use crate::model::spec::{ModelSpec, SupportSpec};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -88,7 +88,7 @@ pub(in crate::model) fn riding(spec: &ModelSpec, geometry: &Geometry, elements: 
     let weighted = spec.weighted_links.values();
     let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
     let constrained = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
-    let held = spec.supports.values().flat_map(|s| s.node.iter().chain(s.nodes.iter().flatten()));
+    let held = spec.supports.values().flat_map(SupportSpec::nodes);
     let names = linked.chain(weighted).chain(constrained).chain(held);
     let mut riding: HashSet<usize> = names.filter_map(|name| geometry.node(name)).collect();
     let master = masters(spec, geometry);
@@ -177,7 +177,7 @@ fn refuse(spec: &ModelSpec, moves: &Moves<'_>, problems: &mut Vec<Problem>) {
         }
     }
     for (name, support) in &spec.supports {
-        if let Some(other) = support.node.iter().chain(support.nodes.iter().flatten()).find(on_an_arm) {
+        if let Some(other) = support.nodes().find(on_an_arm) {
             refuse(child("supports", name), other, why);
         }
     }
