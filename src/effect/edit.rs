@@ -8,7 +8,7 @@ use crate::model::spec::{
     RigidLinkSpec, SpringSpec, SupportSpec,
 };
 use crate::units::Scalar;
-use crate::yaml::{self, Problem};
+use crate::yaml::{self, Problem, Severity};
 use serde::{Deserialize, Serialize};
 
 /// A parameter that an effect brings, in SI units.
@@ -318,7 +318,7 @@ pub enum PatchError {
     #[error("the text cannot be read: {}", .0.first().map_or_else(String::new, ToString::to_string))]
     Unreadable(Vec<Problem>),
     /// The patched model is not a model.
-    #[error("the model with the change is refused: {}", .0.iter().map(|p| p.message.as_str()).collect::<Vec<_>>().join("; "))]
+    #[error("the model with the change is refused: {}", errors(.0))]
     Refused(Vec<Problem>),
     /// A text in a form that is not edited.
     #[error("`{path}` cannot be edited in place: {why}")]
@@ -357,6 +357,12 @@ pub enum PatchError {
         /// The name that is used.
         name: String,
     },
+}
+
+/// What is wrong, without what is only worth a warning.
+fn errors(problems: &[Problem]) -> String {
+    let errors = problems.iter().filter(|p| p.severity == Severity::Error).map(|p| p.message.as_str());
+    errors.collect::<Vec<_>>().join("; ")
 }
 
 /// Why not there.

@@ -58,10 +58,7 @@ impl Effect for NodePosition {
             nodes.into_iter().map(move |at| at.along(direction))
         };
         let all = AXES.into_iter().chain([ALONG]).flat_map(along);
-        let all: Vec<Location> = all.filter(|at| moved(structure, &frame, at).is_some()).collect();
-        // On stand-ins the rigid motions of a free structure would not be found to strain nothing. K is assembled only where there is something to move.
-        let is_free = !all.is_empty() && structure.model().has_rigid_motions().unwrap_or(true);
-        if is_free { Vec::new() } else { all }
+        all.filter(|at| moved(structure, &frame, at).is_some()).collect()
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -67,11 +67,10 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
             name,
             entry: SpringSpec { nodes, k: entry(dof.name(), &k), ..SpringSpec::default() },
         });
-        // What the body's mass touches beside the spring's direction follows the host.
-        let follows: Vec<DofName> = [DofName::Ux, DofName::Uy, DofName::Uz]
-            .into_iter()
-            .filter(|d| !rotation && Dof::from(*d) != dof && active(structure, Dof::from(*d)))
-            .collect();
+        // Beside the spring's direction the body follows the host, and turns with it.
+        let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
+        let follows: Vec<DofName> =
+            all.into_iter().filter(|d| !rotation && Dof::from(*d) != dof && active(structure, Dof::from(*d))).collect();
         if !follows.is_empty() {
             let name = format!("{}.link{}", b.stem(), suffix(i));
             let entry = RigidLinkSpec { master: host.clone(), slaves: vec![store.clone()], dofs: Some(follows) };

@@ -168,8 +168,39 @@ fn what_has_fixed_arms_refuses_a_node_that_moves() {
     refused(
         "rigid_links: {l: {master: c, slaves: [b]}}\nsupports: {p: {node: b, fixed: [uz]}}\n",
         "supports.p",
-        "hold or constrain the master",
+        "constrain the master",
     );
+    refused(
+        "rigid_links: {l: {master: c, slaves: [b]}, pin: {master: b, slaves: [a], dofs: [ux, uy, uz]}}\n",
+        "rigid_links.pin",
+        "move alike",
+    );
+}
+
+/// A foot on a rigid link, pinned to the ground, and a body that turns with the tip of a free boom: both move as what carries them does.
+#[test]
+fn what_a_link_carries_moves_with_it() {
+    let at = |x: f64, rest: &str| {
+        let text = format!(
+            "retune: 1\nname: m\nparameters: {{x: {{value: {x} m, bounds: [0.5 m, 2 m]}}}}\n\
+             nodes: {{a: [0, 0, 0], b: [x, 0, 0], c: [2.5, 0.3, 0], foot: {{from: b, offset: [0, 0.1, -0.2]}}, store: {{from: b, offset: [0, 0, 0.1]}}}}\n\
+             sections: {{s: {{EA: 1e6 N, GJ: 60 N m2, EIy: 100 N m2, EIz: 100 N m2, mass_per_length: 1 kg/m, polar_inertia_per_length: 1 kg m}}}}\n\
+             beams: {{m: {{chain: [a, b, c], section: s}}}}\n{rest}"
+        );
+        load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0])).0
+    };
+    let pinned = "rigid_links: {l: {master: b, slaves: [foot]}}\nsupports: {p: {node: foot, fixed: [ux, uy, uz]}, q: {node: a, fixed: [uy, uz, rx]}}\n";
+    let hung = "rigid_links: {l: {master: b, slaves: [store], dofs: [ux, uy, rx, ry, rz]}}\n\
+                masses: {body: {node: store, mass: 1 kg}}\nsprings: {s: {nodes: [b, store], k: {uz: 2 kN/m}}}\n";
+    for rest in [pinned, hung] {
+        let options = SolveOptions { n_elastic: 5, shift: None };
+        let [moved, built] = [at(0.9, rest), at(1.3, rest)].map(|m| solve_modes(&m, &[1.3], options).unwrap());
+        assert_eq!(moved.n_rigid, built.n_rigid, "{rest}");
+        for k in moved.n_rigid..moved.len() {
+            let (a, b) = (moved.lambda[k], built.lambda[k]);
+            assert!((a - b).abs() < 1e-9 * b, "{rest}: mode {k}: {a} against {b}");
+        }
+    }
 }
 
 /// No element of a free structure is strained by a rigid motion, wherever its nodes stand.

@@ -120,7 +120,7 @@ impl<'a> ReducedModel<'a> {
         let (_, modes) = solver.solve(full, &start, options.n_modes)?;
         let shift = modes.lambda.iter().copied().find(|l| *l > 0.0).unwrap_or(1.0);
         let mut span = Span::new(full, &start, shift)?;
-        span.add(&modes.shapes.columns(0, modes.n_rigid).into_owned(), f64::EPSILON);
+        span.add_rigid(&modes.shapes.columns(0, modes.n_rigid).into_owned());
         let n_rigid = span.len();
         let mut reduced = Self {
             full,

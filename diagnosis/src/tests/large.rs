@@ -63,10 +63,19 @@ supports:
     model(text)
 }
 
+/// The aeroplane, whose nose and tips stand where parameters say: free, and no polynomials.
+fn of_places() -> Model {
+    let text = retune::samples::AEROPLANE
+        .replace("parameters:\n", "parameters:\n  x_nose: {value: 0 mm, bounds: [-80 mm, 80 mm]}\n  y_tip: {value: -1 m, bounds: [-1.1 m, -0.95 m]}\n")
+        .replace("nose: [0,", "nose: [x_nose,")
+        .replace("l4: [600 mm, -1000 mm,", "l4: [600 mm, y_tip,");
+    model(&text)
+}
+
 /// All models to try, and whether they are free.
 fn models() -> Vec<(&'static str, Model, bool)> {
     let of_beams = MODELS.map(|(name, text)| (name, model(text), name == "aeroplane"));
-    let of_beams = of_beams.into_iter().chain([("arm", of_joints(), false)]);
+    let of_beams = of_beams.into_iter().chain([("arm", of_joints(), false), ("places", of_places(), true)]);
     let clamped = of_matrices("supports: {ground: {node: foot}}\n");
     let of_matrices = [("mast", clamped, false), ("free mast", of_matrices(""), true)];
     of_beams.chain(of_matrices).collect()
@@ -169,7 +178,9 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
                 continue;
             }
             // A preload of its typical size may buckle a thin member.
-            let Some(full) = frequencies(&patched.model) else { continue };
+            let Some(mut full) = frequencies(&patched.model) else { continue };
+            // A rigid motion that the full model takes for a mechanism is at zero all the same.
+            full.retain(|f| *f > 0.0);
             let own = frequencies(changed.solved()).unwrap_or_default();
             let off = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
             let worst = own.iter().zip(&full).take(6).map(off).fold(0.0, f64::max);

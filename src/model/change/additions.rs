@@ -82,7 +82,8 @@ impl Additions {
     /// * `entries` - names of everything that the change adds
     /// * `typical` - sizes of an order that is expected
     pub fn change(&self, parameters: &[&str], entries: &[&str], typical: &[f64]) -> Option<Change> {
-        if self.refused.iter().any(|path| entries.iter().any(|name| path.contains(name))) {
+        let is_added = |path: &str| entries.iter().any(|name| is_of(path, name));
+        if self.refused.iter().any(|path| is_added(path)) {
             return None;
         }
         let n = self.model.parameters().len();
@@ -101,6 +102,11 @@ impl Additions {
         let mut new = NewCoordinates { additions: self, found: BTreeMap::new() };
         let mut parts: Vec<Part> = Vec::new();
         for e in touched {
+            // What another change brings may hang on a node that this one moves.
+            let before = self.known.get(&self.placed.elements[e].name).copied();
+            if before.is_none() && !is_added(&self.placed.elements[e].path) {
+                continue;
+            }
             let mut element = self.placed.elements[e].clone();
             for value in Arc::make_mut(&mut element.values).iter_mut().flatten() {
                 *value = alone(value);
@@ -117,7 +123,6 @@ impl Additions {
                 // As in the model with this change alone: links of others hold no node.
                 Arc::new(m.riding(|k| Some(self.riding.contains(&self.nodes[element.nodes[k]]?))))
             });
-            let before = self.known.get(&element.name).copied();
             if element.matrices.is_some() {
                 // A change brings no superelement.
                 let before = before?;
@@ -198,6 +203,12 @@ impl Additions {
         let after = with_parts(&after).unwrap_or(after);
         Some([Part::supports(after, 1.0)].into_iter().chain(before.map(Part::without)).collect())
     }
+}
+
+/// Whether a path leads to an entry or into it: `masses.tip` and `beams.a.nodes[2]`, and not `masses.tip2`.
+fn is_of(path: &str, entry: &str) -> bool {
+    let ends = |at: usize| path[at + entry.len()..].chars().next().is_none_or(|c| c == '.' || c == '[');
+    path.match_indices(entry).any(|(at, _)| path[..at].ends_with('.') && ends(at))
 }
 
 /// Dofs of nodes that the model does not have.

@@ -3,11 +3,12 @@
 use super::axes::default_near_z;
 use crate::element::Dof;
 use crate::model::affine::Affine;
+use crate::model::constraint::active;
 use crate::model::geometry::{Geometry, Place, still};
 use crate::model::moving::{EndMotion, Moving, expressions};
 use crate::model::parameter::ParameterSet;
 use crate::model::placed_element::PlacedElement;
-use crate::model::spec::{ModelSpec, SupportSpec};
+use crate::model::spec::{DofName, ModelSpec, RigidLinkSpec, SupportSpec};
 use crate::yaml::{Problem, child};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -63,12 +64,25 @@ impl Moves<'_> {
 
 /// Slave -> master, of links in all directions.
 fn masters(spec: &ModelSpec, geometry: &Geometry) -> BTreeMap<usize, usize> {
-    let mut master = BTreeMap::new();
-    for link in spec.rigid_links.values().filter(|l| l.dofs.as_ref().is_none_or(|d| d.len() == 6)) {
-        let of = |slave: &String| Some((geometry.node(slave)?, geometry.node(&link.master)?));
-        master.extend(link.slaves.iter().filter_map(of));
-    }
-    master
+    joined(spec, geometry, |link| link.dofs.as_ref().is_none_or(|d| d.len() == 6)).collect()
+}
+
+/// Whether a link ties all rotations that there are, so that what it joins turns as one.
+fn ties_rotations(link: &RigidLinkSpec, active: [bool; 6]) -> bool {
+    let mut all = [DofName::Rx, DofName::Ry, DofName::Rz].into_iter().filter(|r| active[*r as usize]);
+    link.dofs.as_ref().is_none_or(|dofs| all.all(|r| dofs.contains(&r)))
+}
+
+/// (Slave, master) of some links.
+fn joined<'a>(
+    spec: &'a ModelSpec,
+    geometry: &'a Geometry,
+    which: impl Fn(&RigidLinkSpec) -> bool + 'a,
+) -> impl Iterator<Item = (usize, usize)> + 'a {
+    let pairs = |link: &'a RigidLinkSpec| {
+        link.slaves.iter().filter_map(|slave| Some((geometry.node(slave)?, geometry.node(&link.master)?)))
+    };
+    spec.rigid_links.values().filter(move |link| which(link)).flat_map(pairs)
 }
 
 /// The node that carries another: the last master of its links.
@@ -81,28 +95,41 @@ fn carrier(master: &BTreeMap<usize, usize>, mut node: usize) -> usize {
 }
 
 /// Nodes whose dofs ride with them, should parameters move them: those that are held or constrained where they stand, and those without rotations, which
-/// no rigid arm can leave. A node that another carries rides where that one does.
+/// no rigid arm can leave. What links turn as one rides together: at u + θ x a of the same arm a and the same θ on either side, the equation of such a
+/// link is the same, in some directions as in all.
 pub(in crate::model) fn riding(spec: &ModelSpec, geometry: &Geometry, elements: &[PlacedElement]) -> HashSet<usize> {
-    let partial = spec.rigid_links.values().filter(|l| l.dofs.as_ref().is_some_and(|d| d.len() < 6));
-    let linked = partial.flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
+    let active = active(spec);
+    let pinned = spec.rigid_links.values().filter(|link| !ties_rotations(link, active));
+    let linked = pinned.flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
     let weighted = spec.weighted_links.values();
     let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
     let constrained = spec.constraints.values().flat_map(|c| c.terms.iter().map(|t| &t.node));
     let held = spec.supports.values().flat_map(SupportSpec::nodes);
     let names = linked.chain(weighted).chain(constrained).chain(held);
-    let mut riding: HashSet<usize> = names.filter_map(|name| geometry.node(name)).collect();
-    let master = masters(spec, geometry);
-    let mut turns = vec![false; geometry.names.len()];
-    for element in elements.iter().filter(|e| e.matrices.is_none()) {
-        for (&node, dofs) in element.nodes.iter().zip(element.kind.nodes()) {
-            let all = [Dof::Rx, Dof::Ry, Dof::Rz].iter().all(|d| dofs.contains(d)) && element.nodes.len() > 1;
-            turns[carrier(&master, node)] |= all;
+    let bodies: Vec<(usize, usize)> = joined(spec, geometry, |link| ties_rotations(link, active)).collect();
+    let riding = spread(names.filter_map(|name| geometry.node(name)).collect(), &bodies);
+    let mut turning = HashSet::new();
+    for element in elements.iter().filter(|e| e.matrices.is_none() && e.nodes.len() > 1) {
+        let turns = |dofs: &[Dof]| [Dof::Rx, Dof::Ry, Dof::Rz].iter().all(|d| dofs.contains(d));
+        turning.extend(element.nodes.iter().zip(element.kind.nodes()).filter(|(_, dofs)| turns(dofs)).map(|(n, _)| *n));
+    }
+    let turning = spread(turning, &bodies);
+    riding.into_iter().chain((0..geometry.names.len()).filter(|n| !turning.contains(n))).collect()
+}
+
+/// Nodes, and all that pairs join to them.
+fn spread(mut nodes: HashSet<usize>, pairs: &[(usize, usize)]) -> HashSet<usize> {
+    loop {
+        let before = nodes.len();
+        for &(a, b) in pairs {
+            if nodes.contains(&a) || nodes.contains(&b) {
+                nodes.extend([a, b]);
+            }
+        }
+        if nodes.len() == before {
+            return nodes;
         }
     }
-    riding.extend((0..turns.len()).filter(|&n| !turns[carrier(&master, n)]));
-    let carried = (0..turns.len()).filter(|n| riding.contains(&carrier(&master, *n))).collect::<Vec<_>>();
-    riding.extend(carried);
-    riding
 }
 
 /// Lets elements follow nodes that parameters move; how these move.
@@ -152,16 +179,23 @@ fn refuse(spec: &ModelSpec, moves: &Moves<'_>, problems: &mut Vec<Problem>) {
         ));
     };
     let part = |a: &String, b: &String| node(a).zip(node(b)).is_some_and(|(a, b)| moves.apart(a, b));
+    let on_an_arm = |name: &&String| node(name).is_some_and(|n| moves.has_other_arm(n));
+    let why = "hangs on a rigid link whose arm changes with it: hold, link or constrain the master instead";
     for (name, link) in &spec.rigid_links {
         let is_partial = link.dofs.as_ref().is_some_and(|d| d.len() < 6);
         if let Some(slave) = link.slaves.iter().find(|slave| is_partial && part(&link.master, slave)) {
             let why = "a rigid link in some directions has a fixed arm: link all six, or let both ends move alike";
             refuse(child("rigid_links", name), slave, why);
+        } else if is_partial && on_an_arm(&&link.master) {
+            refuse(child("rigid_links", name), &link.master, why);
         }
     }
     for (name, link) in &spec.weighted_links {
-        if let Some(other) = link.of.iter().flat_map(|set| &set.nodes).find(|other| part(&link.node, other)) {
+        let mut of = link.of.iter().flat_map(|set| &set.nodes);
+        if let Some(other) = of.clone().find(|other| part(&link.node, other)) {
             refuse(child("weighted_links", name), other, "a weighted link has fixed arms");
+        } else if let Some(other) = of.find(on_an_arm) {
+            refuse(child("weighted_links", name), other, why);
         }
     }
     for (name, tie) in &spec.ties {
@@ -169,8 +203,6 @@ fn refuse(spec: &ModelSpec, moves: &Moves<'_>, problems: &mut Vec<Problem>) {
             refuse(child("ties", name), other, "a tie has fixed arms");
         }
     }
-    let on_an_arm = |name: &&String| node(name).is_some_and(|n| moves.has_other_arm(n));
-    let why = "hangs on a rigid link whose arm changes with it: hold or constrain the master instead";
     for (name, constraint) in &spec.constraints {
         if let Some(other) = constraint.terms.iter().map(|t| &t.node).find(on_an_arm) {
             refuse(child("constraints", name), other, why);

@@ -77,6 +77,53 @@ impl<'a> Span<'a> {
         out
     }
 
+    /// Adds rigid-body modes, as motions along and about the axes as far as they can be, one after the other: a change that strains some of them then
+    /// leaves the others alone to the last digit.
+    pub(super) fn add_rigid(&mut self, modes: &DMatrix<f64>) {
+        // A motion that others hold, or that has another sign under the mirror, is rounding.
+        const LEAST: f64 = 1e-8;
+        let pure = self.of_unit_norm(&self.pure(modes));
+        for motion in pure.column_iter() {
+            self.add(&DMatrix::from_columns(&[motion]), LEAST);
+        }
+    }
+
+    /// Vectors that span the same as rigid-body modes do, each of as few of the six rigid motions as it can be.
+    fn pure(&self, modes: &DMatrix<f64>) -> DMatrix<f64> {
+        const ROUNDING: f64 = 1e-10;
+        let motions = self.model.dof_map().rigid_motions();
+        let norms: Vec<f64> = motions.column_iter().map(|m| m.norm()).collect();
+        let moving: Vec<usize> = (0..motions.ncols()).filter(|&k| norms[k] > 0.0).collect();
+        let motions =
+            DMatrix::from_fn(motions.nrows(), moving.len(), |i, k| motions[(i, moving[k])] / norms[moving[k]]);
+        if modes.ncols() >= moving.len() {
+            return motions;
+        }
+        let Ok(inverse) = motions.clone().pseudo_inverse(ROUNDING) else { return modes.clone() };
+        // Rows are modes as sums of motions; each is freed of the motion that another has most of.
+        let mut sums = (inverse * modes).transpose();
+        for row in 0..sums.nrows() {
+            let (mut most, mut pivot) = (0.0, (row, 0));
+            for at in (row..sums.nrows()).flat_map(|i| (0..sums.ncols()).map(move |k| (i, k))) {
+                if sums[at].abs() > most {
+                    (most, pivot) = (sums[at].abs(), at);
+                }
+            }
+            if most == 0.0 {
+                return modes.clone();
+            }
+            sums.swap_rows(row, pivot.0);
+            let own = sums.row(row) / sums[(row, pivot.1)];
+            sums.set_row(row, &own);
+            for other in (0..sums.nrows()).filter(|&i| i != row) {
+                let rest = sums.row(other) - &own * sums[(other, pivot.1)];
+                sums.set_row(other, &rest);
+            }
+        }
+        let largest = sums.amax();
+        motions * sums.map(|s| if s.abs() < ROUNDING * largest { 0.0 } else { s }).transpose()
+    }
+
     /// Adds vectors, all but those of a norm below `least` across those that are there.
     pub(super) fn add(&mut self, candidates: &DMatrix<f64>, least: f64) -> usize {
         self.add_best(candidates, least, candidates.ncols())

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 ///
 /// * `about` - the coordinates to some digits; zero for what is not a motion of the structure
 pub(super) fn rigid(model: &Model, basis: &DMatrix<f64>, about: &DMatrix<f64>) -> (usize, DMatrix<f64>, DMatrix<f64>) {
+    const ROUNDING: f64 = 1e-12;
     let n_rigid = about.row_iter().take_while(|row| row.amax() > 0.0).count();
     let (mut coordinates, none) = (DMatrix::zeros(basis.ncols(), 6), DMatrix::zeros(6, n_rigid));
     if n_rigid == 0 {
@@ -29,7 +30,14 @@ pub(super) fn rigid(model: &Model, basis: &DMatrix<f64>, about: &DMatrix<f64>) -
     }
     let own = coordinates.rows(0, n_rigid).into_owned();
     let least = 1e-9 * own.amax();
-    let parts = if least > 0.0 { own.pseudo_inverse(least).unwrap_or(none) } else { none };
+    let mut parts = if least > 0.0 { own.pseudo_inverse(least).unwrap_or(none) } else { none };
+    // What rounding has left of one motion in another would strain what the other does not.
+    let norms: Vec<f64> = motions.column_iter().map(|m| m.norm()).collect();
+    for mut column in parts.column_iter_mut() {
+        let largest = column.iter().zip(&norms).map(|(part, norm)| part.abs() * norm).fold(0.0, f64::max);
+        let small = |(part, norm): &(&mut f64, &f64)| part.abs() * **norm < ROUNDING * largest;
+        column.iter_mut().zip(&norms).filter(small).for_each(|(part, _)| *part = 0.0);
+    }
     (n_rigid, coordinates, parts)
 }
 
