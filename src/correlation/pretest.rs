@@ -135,7 +135,7 @@ pub fn sensors_by_auto_mac(
 /// KE[i,r] = φ[i,r] (M φ)[i,r] / φ_rᵀ M φ_r      (n x n_modes), every column adds to 1
 /// ```
 ///
-/// * `phi` - modes at all dofs; `mass` - (n x n)
+/// * `phi` - modes at all dofs; `inertia` - M times them, (n x n_modes)
 ///
 /// A dof without sensors that holds much kinetic energy of a target mode should have one. Shares of coupled masses may be
 /// slightly negative.
@@ -146,8 +146,7 @@ pub fn sensors_by_auto_mac(
 /// # Source
 /// D. C. Kammer, R. D. Triller, Selection of component modes for Craig-Bampton substructure representations, ASME Journal
 /// of Vibration and Acoustics 118 (1996) 264-270; common in pretest analysis.
-pub fn kinetic_energy_shares(phi: &DMatrix<f64>, mass: &DMatrix<f64>) -> DMatrix<f64> {
-    let inertia = mass * phi;
+pub fn kinetic_energy_shares(phi: &DMatrix<f64>, inertia: &DMatrix<f64>) -> DMatrix<f64> {
     let total: Vec<f64> = (0..phi.ncols()).map(|r| phi.column(r).dot(&inertia.column(r))).collect();
     DMatrix::from_fn(phi.nrows(), phi.ncols(), |i, r| {
         if total[r] > 0.0 { phi[(i, r)] * inertia[(i, r)] / total[r] } else { 0.0 }
@@ -222,7 +221,7 @@ pub fn rank_driving_points(phi: &DMatrix<f64>, omega_squared: &[f64]) -> Vec<Dri
 /// ```
 ///
 /// * `phi` - modes of the held structure at all dofs, any scale, (n x n_modes)
-/// * `mass` - (n x n)
+/// * `inertia` - M times `phi`, (n x n_modes)
 /// * `rigid` - motions of all dofs under unit translations (or rotations) of the base, (n x n_directions)
 ///
 /// kg (kg m² for rotations), (n_modes x n_directions). Modes of large effective mass load the base and are targets; modes
@@ -233,8 +232,7 @@ pub fn rank_driving_points(phi: &DMatrix<f64>, omega_squared: &[f64]) -> Vec<Dri
 ///
 /// # Source
 /// A. Girard, N. Roy, Structural Dynamics in Industry, 2008, chapter 4.
-pub fn effective_masses(phi: &DMatrix<f64>, mass: &DMatrix<f64>, rigid: &DMatrix<f64>) -> DMatrix<f64> {
-    let inertia = mass * phi;
+pub fn effective_masses(phi: &DMatrix<f64>, inertia: &DMatrix<f64>, rigid: &DMatrix<f64>) -> DMatrix<f64> {
     let participation = inertia.transpose() * rigid;
     DMatrix::from_fn(phi.ncols(), rigid.ncols(), |r, d| {
         let modal_mass = phi.column(r).dot(&inertia.column(r));

@@ -12,6 +12,8 @@ use std::collections::{BTreeMap, HashSet};
 
 /// How far it may be moved, as a share of the shortest member at it.
 const MOST: f64 = 0.4;
+/// A place that is farther off than this part of the size of the structure would be seen in any drawing.
+const SEEN: f64 = 0.1;
 /// What is worth a look: of the size of the structure, and of what is possible at most.
 const USUAL: f64 = 0.02;
 const SMALL: f64 = 0.25;
@@ -66,7 +68,7 @@ impl Effect for NodePosition {
         let frame = Frame::of(structure);
         let Moved { steps, room } = moved(structure, &frame, at).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
-        let most = MOST * room;
+        let most = (MOST * room).min(SEEN * structure.extent());
         let typical = (USUAL * structure.extent()).min(SMALL * most);
         let way =
             if at.direction() == ALONG { "along its member".to_string() } else { format!("along {}", at.direction()) };

@@ -55,7 +55,8 @@ pub use search::with_objective;
 pub use settings::{Cost, Settings};
 pub use tested::{Remark, check_on_model, loaded, meet};
 pub use twin::{
-    TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, driving_sensor, node_sensors, twin_frfs, twin_modes,
+    TwinError, TwinFault, TwinFrfOptions, TwinOptions, TwinStory, driving_sensor, node_sensors, spread_sensors,
+    twin_frfs, twin_modes,
 };
 pub use uncertainty::{Basis, Held, Inseparable, IntervalMethod, ParameterUncertainty, Uncertainty, uncertainty};
 

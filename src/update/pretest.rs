@@ -1,17 +1,16 @@
 //! Before a test: target modes, sensors, exciters, and what one more sensor would tell.
 
-use super::{ModeName, UpdateError, name_modes, node_sensors};
+use super::{ModeName, UpdateError, name_modes, spread_sensors};
 use crate::catalogue::Choice;
 use crate::correlation::{
     CorrelationError, DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses,
-    kinetic_energy_shares, observation_matrix, rank_driving_points, rank_next_measurements, sensors_by_auto_mac,
+    kinetic_energy_shares, observation_rows, rank_driving_points, rank_next_measurements, sensors_by_auto_mac,
     sensors_by_kinetic_energy,
 };
 use crate::data::Sensor;
 use crate::linalg::DMatrix;
-use crate::modal::{SolveOptions, mode_derivative, solve};
-use crate::model::ParametricModel;
-use crate::objective::{EvalError, Scaling, matrix_derivatives};
+use crate::model::{ModalSolver, ParametricModel};
+use crate::objective::{EvalError, Scaling};
 
 /// What is planned.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,8 +45,10 @@ pub struct TargetMode {
 pub struct Pretest {
     /// The target modes.
     pub modes: Vec<TargetMode>,
-    /// Places where a sensor or an exciter may stand: every translation of every node.
+    /// Places where a sensor or an exciter may stand: every translation of every node, or of nodes that are spread evenly over a mesh.
     pub candidates: Vec<Sensor>,
+    /// How many nodes these are at, and how many move.
+    pub nodes: [usize; 2],
     /// Effective independence.
     pub by_independence: SensorChoice,
     /// By autoMAC.
@@ -122,9 +123,8 @@ pub fn pretest(
 ) -> Result<Pretest, UpdateError> {
     let theta = crate::objective::starting_point(model);
     let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
-    let system = model.assemble(&theta).map_err(|e| failed(&e))?;
     let rigid = model.dof_map().rigid_motions();
-    let candidates = node_sensors(model);
+    let (candidates, nodes) = spread_sensors(model);
     // A default is what the model has room for; what is asked for is refused where it has not.
     let n_modes = options.n_modes.unwrap_or_else(|| USUAL_MODES.min(candidates.len()));
     let count = |most: usize, why: &str| CorrelationError::Count {
@@ -140,14 +140,12 @@ pub fn pretest(
         .into());
     }
     let n_dof = model.dof_map().n_dof();
-    let lowest = |n: usize| {
-        let options = SolveOptions { n_elastic: n.min(n_dof), shift: None };
-        solve(&system.stiffness, &system.mass, &rigid, options).map_err(|e| failed(&e))
-    };
-    let mut modes = lowest(n_modes)?;
+    let solver = ModalSolver::new(model, &theta, n_modes.min(n_dof)).map_err(|e| failed(&e))?;
+    let lowest = |n: usize| solver.solve(model, &theta, n.min(n_dof)).map_err(|e| failed(&e));
+    let (mut matrices, mut modes) = lowest(n_modes)?;
     if modes.n_mechanism > 0 {
         // Mechanisms are not targets.
-        modes = lowest(n_modes + modes.n_mechanism)?;
+        (matrices, modes) = lowest(n_modes + modes.n_mechanism)?;
     }
     let named = name_modes(model, &theta, &modes).map_err(|e| failed(&e))?;
     let targets: Vec<usize> = modes.elastic().skip(modes.n_mechanism).collect();
@@ -155,12 +153,13 @@ pub fn pretest(
         return Err(count(targets.len(), "as the model has elastic modes").into());
     }
     let shapes = modes.shapes.select_columns(&targets);
-    let s = observation_matrix(model, &candidates)?;
-    let phi = &s * &shapes;
+    let s = observation_rows(model, &candidates)?;
+    let phi = read(&s, &shapes);
 
-    let masses = effective_masses(&shapes, &system.mass, &rigid);
-    let whole = rigid.tr_mul(&(&system.mass * &rigid)).diagonal();
-    let shares = candidate_energies(&candidates, model, &s, &kinetic_energy_shares(&shapes, &system.mass));
+    let inertia = matrices.mass_times(&shapes);
+    let masses = effective_masses(&shapes, &inertia, &rigid);
+    let whole = rigid.tr_mul(&matrices.mass_times(&rigid)).diagonal();
+    let shares = candidate_energies(&s, &kinetic_energy_shares(&shapes, &inertia));
     let target = |(k, &i): (usize, &usize)| {
         let column = shares.column(k);
         let liveliest = (0..column.len()).max_by(|&a, &b| column[a].total_cmp(&column[b]).then(b.cmp(&a)));
@@ -174,7 +173,8 @@ pub fn pretest(
 
     let n = options.n_sensors.unwrap_or_else(|| (2 * targets.len()).min(candidates.len()));
     let by_independence = effective_independence(&phi, n)?;
-    let observed = observation_matrix(model, given)? * &shapes;
+    let rows_given = observation_rows(model, given)?;
+    let observed = read(&rows_given, &shapes);
     let given_choice = (!given.is_empty()).then(|| {
         let mac = crate::correlation::auto_mac(&observed);
         let off = (0..mac.nrows()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|at| mac[at]).fold(0.0, f64::max);
@@ -195,19 +195,16 @@ pub fn pretest(
     let names = scaling.free().iter().map(|&i| model.parameters().get(i).name.clone()).collect();
     let mut next = Vec::new();
     if !scaling.is_empty() {
-        let systems = scaling.derivatives(model, &theta).map_err(|e| failed(&e))?;
-        let derivatives = matrix_derivatives(&systems);
-        let present = if given.is_empty() { phi.select_rows(&by_independence.kept) } else { observed };
-        let rows_present =
-            if given.is_empty() { s.select_rows(&by_independence.kept) } else { observation_matrix(model, given)? };
+        let slopes = matrices.derivatives(model, &theta, scaling.free()).map_err(|e| failed(&e))?;
+        let derivatives = solver.differentiate(model, &matrices, &slopes, &modes, &targets).map_err(|e| failed(&e))?;
+        let kept: Vec<_> = by_independence.kept.iter().map(|&c| s[c].clone()).collect();
+        let rows_present = if given.is_empty() { &kept } else { &rows_given };
+        let present = read(rows_present, &shapes);
         let mut jacobian: Vec<nalgebra::RowDVector<f64>> = Vec::new();
         let mut gains = vec![DMatrix::zeros(0, scaling.len()); candidates.len()];
-        for (k, &i) in targets.iter().enumerate() {
-            let own = present.column(k);
-            let (lambda, shape) = (modes.lambda[i], modes.shapes.column(i).into_owned());
-            let Some(d) = mode_derivative(&system.stiffness, &system.mass, lambda, &shape, &derivatives) else {
-                continue;
-            };
+        for (k, d) in derivatives.iter().enumerate() {
+            let (own, lambda) = (present.column(k), modes.lambda[targets[k]]);
+            let Some(d) = d else { continue };
             let by_width = |j: usize| scaling.width()[j];
             // ln f = ½ ln λ + constant.
             let relative = |j: usize| d.lambda[j] / (2.0 * lambda) * by_width(j) / options.frequency_noise;
@@ -217,7 +214,7 @@ pub fn pretest(
             if size == 0.0 || sd == 0.0 {
                 continue;
             }
-            let (d_present, d_candidates) = (&rows_present * &d.shape, &s * &d.shape);
+            let (d_present, d_candidates) = (read(rows_present, &d.shape), read(&s, &d.shape));
             let stretch: Vec<f64> = (0..scaling.len()).map(|j| own.dot(&d_present.column(j)) / size).collect();
             for row in 0..d_present.nrows() {
                 jacobian.push(nalgebra::RowDVector::from_fn(scaling.len(), |_, j| {
@@ -248,6 +245,7 @@ pub fn pretest(
         by_kinetic_energy: sensors_by_kinetic_energy(&phi, &shares, n),
         by_independence,
         candidates,
+        nodes,
         given: given_choice,
         exciters,
         next,
@@ -255,17 +253,21 @@ pub fn pretest(
     })
 }
 
+/// What rows read of vectors, (rows x vectors).
+fn read(rows: &[Vec<(usize, f64)>], of: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), of.ncols(), |i, k| rows[i].iter().map(|&(dof, factor)| factor * of[(dof, k)]).sum())
+}
+
 /// Kinetic energy of the dofs that a candidate reads, (candidates x modes): candidates on one dof of their own only.
-fn candidate_energies(
-    candidates: &[Sensor],
-    model: &dyn ParametricModel,
-    s: &DMatrix<f64>,
-    shares: &DMatrix<f64>,
-) -> DMatrix<f64> {
+///
+/// * `s` - the rows of the candidates
+/// * `shares` - of every dof, (n_dof x modes)
+fn candidate_energies(s: &[Vec<(usize, f64)>], shares: &DMatrix<f64>) -> DMatrix<f64> {
     // A slave of a rigid link reads several dofs; each dof's energy goes to candidates in proportion to what they see.
-    let n_dof = model.dof_map().n_dof();
-    let seen: Vec<f64> = (0..n_dof).map(|d| (0..s.nrows()).map(|c| s[(c, d)].powi(2)).sum()).collect();
-    DMatrix::from_fn(candidates.len(), shares.ncols(), |c, r| {
-        (0..n_dof).filter(|&d| seen[d] > 0.0).map(|d| s[(c, d)].powi(2) / seen[d] * shares[(d, r)]).sum()
+    let mut seen = vec![0.0; shares.nrows()];
+    s.iter().flatten().for_each(|&(dof, factor)| seen[dof] += factor * factor);
+    DMatrix::from_fn(s.len(), shares.ncols(), |c, r| {
+        let seen_by = s[c].iter().filter(|&&(dof, _)| seen[dof] > 0.0);
+        seen_by.map(|&(dof, factor)| factor * factor / seen[dof] * shares[(dof, r)]).sum()
     })
 }

@@ -16,7 +16,7 @@ use crate::element::Dof;
 use crate::fault::FaultError;
 use crate::linalg::{Complex, DVector};
 use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
-use crate::model::{ModelError, ParametricModel, solve_modes};
+use crate::model::{ModelError, ParametricModel, solve_modes, spread};
 use crate::optim::Draw;
 use fault::Inflicted;
 use rand::SeedableRng;
@@ -182,9 +182,32 @@ pub enum TwinError {
 /// A sensor on every node for each translation that exists there, for tests that name no sensors: `n4`, or `n4.ux` where a
 /// node has several.
 pub fn node_sensors(model: &dyn ParametricModel) -> Vec<Sensor> {
+    sensors_at(model, &nodes_that_move(model))
+}
+
+/// Nodes at which places are looked for: of a mesh with more those that are farthest from each other.
+const MOST_NODES: usize = 600;
+
+/// Sensors for every translation of every node, or of some hundred nodes that are spread evenly over a mesh; how many nodes these are, and how many
+/// move.
+pub fn spread_sensors(model: &dyn ParametricModel) -> (Vec<Sensor>, [usize; 2]) {
+    let all = nodes_that_move(model);
+    let nodes = spread(model.dof_map().positions(), &all, MOST_NODES);
+    (sensors_at(model, &nodes), [nodes.len(), all.len()])
+}
+
+/// Nodes with a translation that is not held, by index.
+fn nodes_that_move(model: &dyn ParametricModel) -> Vec<usize> {
+    let dofs = model.dof_map();
+    let moves = |n: usize| Dof::ALL[..3].iter().any(|d| !dofs.express(n, *d).is_empty());
+    (0..dofs.node_names().len()).filter(|&n| !dofs.is_coordinate(n) && moves(n)).collect()
+}
+
+fn sensors_at(model: &dyn ParametricModel, nodes: &[usize]) -> Vec<Sensor> {
     let dofs = model.dof_map();
     let mut sensors = Vec::new();
-    for (index, node) in dofs.node_names().iter().enumerate().filter(|(n, _)| !dofs.is_coordinate(*n)) {
+    for &index in nodes {
+        let node = &dofs.node_names()[index];
         let moving: Vec<Dof> = Dof::ALL[..3].iter().copied().filter(|d| !dofs.express(index, *d).is_empty()).collect();
         for dof in &moving {
             let mut direction = [0.0; 3];

@@ -5,6 +5,7 @@ use retune::correlation::{BUILTIN_PROFILES, find_profile, observation_matrix};
 use retune::data::{FrfQuantity, Measured, Origin, StaticLoad, StaticReading, StaticTest};
 use retune::linalg::{Complex, DMatrix};
 use retune::modal::{SolveOptions, solve};
+use retune::model::Matrices;
 use retune::objective::{Comparison, starting_point, static_readings};
 use retune::update::{
     FunctionsOptions, MassReduction, ModelFunctions, SensitivityOptions, TwinFrfOptions, assess, compare_functions,
@@ -87,7 +88,9 @@ fn sensitivities_agree_with_differences() {
         });
         s.map(Complex::from) * z.lu().solve(&exciter.transpose().map(Complex::from)).unwrap()
     };
-    let relative = frf_sensitivities(&model, &base, (&s, &exciter), &[f], zeta).unwrap().relative;
+    let (read, driven) = (&s * &base.shapes, &exciter * &base.shapes);
+    let solved = (&Matrices::Dense(system.clone()), &base);
+    let relative = frf_sensitivities(&model, solved, (&read, &driven), &[f], zeta).unwrap().relative;
     let size = receptance(&theta).norm();
     for (k, name) in found.names.iter().enumerate() {
         let j = model.parameters().index_of(name).unwrap();

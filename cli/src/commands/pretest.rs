@@ -10,6 +10,8 @@ use retune_report::answer;
 use retune_report::text::{Align, Style, Table, Tone, hertz, number, wrap};
 use std::fmt::Write as _;
 
+/// Information that is rounding, nats.
+const NOTHING: f64 = 1e-9;
 /// Rows of a ranked table.
 const ROWS: usize = 8;
 
@@ -95,6 +97,10 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
         out += "x ... about z: effective mass, as a share of the whole\n";
     }
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, "Sensors"));
+    let [looked_at, moving] = plan.nodes;
+    if looked_at < moving {
+        let _ = writeln!(out, "of {looked_at} nodes, spread evenly over the {moving} that move");
+    }
     for (method, choice) in plan.choices(args.by) {
         let names: Vec<&str> = choice.kept.iter().map(|&c| name(c)).collect();
         let text = format!(
@@ -132,6 +138,10 @@ fn as_text(plan: &Pretest, args: &Arguments, style: &Style) -> String {
         return out;
     }
     let beside = if plan.given.is_some() { "those given" } else { "those of effective independence" };
+    if plan.next.iter().all(|g| g.nats < NOTHING) {
+        let _ = writeln!(out, "\none more sensor beside {beside} would tell nothing more of the parameters");
+        return out;
+    }
     let _ = writeln!(out, "\n{}", style.paint(Tone::Strong, &format!("One more sensor beside {beside}")));
     let mut table = Table::new([
         ("at", Align::Left),

@@ -3,14 +3,14 @@
 use crate::args::Sensitivity as Arguments;
 use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
-use retune::correlation::observation_matrix;
+use retune::correlation::observation_rows;
 use retune::data::TestData;
 use retune::linalg::DMatrix;
 use retune::modal::{SolveOptions, solve};
-use retune::model::{Model, ParametricModel};
+use retune::model::{MOST_DENSE_DOFS, Matrices, ModalSolver, Model, ParametricModel};
 use retune::objective::starting_point;
 use retune::update::{
-    FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, node_sensors, sensitivities,
+    FrfSensitivity, MASS_ROWS, Sensitivities, SensitivityOptions, frf_sensitivities, sensitivities, spread_sensors,
 };
 use retune_report::answer;
 use retune_report::text::{Align, Cell, Style, Table, Tone, agreement, number, printable};
@@ -18,6 +18,8 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+/// Of a model without dense matrices, how many times the modes in the band functions are made of.
+const BEYOND: usize = 4;
 /// Lines of the functions, over the band of the modes.
 const LINES: usize = 201;
 
@@ -65,7 +67,7 @@ fn cases(args: &Arguments) -> Result<Vec<(Model, TestData)>, Failure> {
     if args.tests.is_empty() {
         let (model, warnings, text) = files::model(path, configuration)?;
         warn(path, &text, &warnings);
-        let sensors = node_sensors(&model);
+        let sensors = spread_sensors(&model).0;
         return Ok(vec![(model, TestData { sensors, ..TestData::default() })]);
     }
     let one = |(i, test_path): (usize, &PathBuf)| {
@@ -85,21 +87,31 @@ fn cases(args: &Arguments) -> Result<Vec<(Model, TestData)>, Failure> {
 /// Functions from the liveliest sensor to all, from half the first to 1.1 times the last frequency.
 fn functions(model: &Model, test: &TestData, found: &Sensitivities, damping: f64) -> Result<FrfSensitivity, Failure> {
     let theta = starting_point(model);
-    let system = model.assemble(&theta)?;
-    let options = SolveOptions { n_elastic: model.dof_map().n_dof(), shift: None };
-    let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options)?;
-    let responses = observation_matrix(model, &test.sensors)?;
+    let n_dof = model.dof_map().n_dof();
+    let (matrices, modes) = if n_dof <= MOST_DENSE_DOFS {
+        let system = model.assemble(&theta)?;
+        let options = SolveOptions { n_elastic: n_dof, shift: None };
+        let modes = solve(&system.stiffness, &system.mass, &model.dof_map().rigid_motions(), options)?;
+        (Matrices::Dense(system), modes)
+    } else {
+        let count = BEYOND * found.modes.len();
+        ModalSolver::new(model, &theta, count)?.solve(model, &theta, count)?
+    };
+    let rows = observation_rows(model, &test.sensors)?;
+    let responses = DMatrix::from_fn(rows.len(), modes.len(), |i, r| {
+        rows[i].iter().map(|&(dof, factor)| factor * modes.shapes[(dof, r)]).sum()
+    });
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz).collect();
     let (first, last) = match (frequencies.first(), frequencies.last()) {
         (Some(first), Some(last)) if responses.nrows() > 0 => (0.5 * first, 1.1 * last),
         _ => return Ok(FrfSensitivity { frequencies_hz: Vec::new(), relative: vec![Vec::new(); found.names.len()] }),
     };
-    let at = &responses * modes.shapes.columns(modes.n_rigid, found.modes.len().min(modes.len() - modes.n_rigid));
-    let size = |i: usize| at.row(i).iter().map(|v| v.abs()).fold(f64::INFINITY, f64::min);
+    let at = responses.columns(modes.n_rigid, found.modes.len().min(modes.len() - modes.n_rigid));
+    let size = |i: usize| at.row(i).iter().map(|v: &f64| v.abs()).fold(f64::INFINITY, f64::min);
     let liveliest = (0..at.nrows()).max_by(|&a, &b| size(a).total_cmp(&size(b)).then(b.cmp(&a))).unwrap_or(0);
     let reference = DMatrix::from_rows(&[responses.row(liveliest)]);
     let lines: Vec<f64> = (0..LINES).map(|l| first + (last - first) * l as f64 / (LINES - 1) as f64).collect();
-    Ok(frf_sensitivities(model, &modes, (&responses, &reference), &lines, damping)?)
+    Ok(frf_sensitivities(model, (&matrices, &modes), (&responses, &reference), &lines, damping)?)
 }
 
 /// Root mean square over the lines.

@@ -25,6 +25,7 @@ pub fn pretest(plan: &Pretest, choices: &[(&str, &SensorChoice)]) -> Value {
             "liveliest": m.liveliest.map(|(c, s)| json!({"at": name(c), "share": s})),
         })).collect::<Vec<_>>(),
         "candidates": plan.candidates.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+        "nodes": {"looked_at": plan.nodes[0], "moving": plan.nodes[1]},
         "sensors": chosen,
         "given": plan.given.map(|(off, n)| json!({"sensors": n, "largest_off_diagonal": off})),
         "exciters": plan.exciters.iter().map(|(modes, points)| json!({

@@ -59,7 +59,7 @@ fn kinetic_energy_and_effective_mass_add_up() {
     let k = DMatrix::from_row_slice(3, 3, &[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 1.0]);
     let m = DMatrix::from_diagonal(&nalgebra::dvector![1.0, 2.0, 3.0]);
     let phi = crate::linalg::lowest_modes(&k, &m, 3, 0.1).unwrap().vectors * 2.5;
-    let shares = kinetic_energy_shares(&phi, &m);
+    let shares = kinetic_energy_shares(&phi, &(&m * &phi));
     for r in 0..3 {
         assert!((shares.column(r).sum() - 1.0).abs() < 1e-13);
     }
@@ -68,7 +68,7 @@ fn kinetic_energy_and_effective_mass_add_up() {
         [2]
     );
     // All modes together carry the total mass of 6.
-    let effective = effective_masses(&phi, &m, &DMatrix::from_element(3, 1, 1.0));
+    let effective = effective_masses(&phi, &(&m * &phi), &DMatrix::from_element(3, 1, 1.0));
     assert!((effective.sum() - 6.0).abs() < 1e-12);
     assert!(effective[(0, 0)] > 5.0);
 }

@@ -107,18 +107,18 @@ pub(in crate::model) fn riding(spec: &ModelSpec, geometry: &Geometry, elements: 
     let held = spec.supports.values().flat_map(SupportSpec::nodes);
     let names = linked.chain(weighted).chain(constrained).chain(held);
     let bodies: Vec<(usize, usize)> = joined(spec, geometry, |link| ties_rotations(link, active)).collect();
-    let riding = spread(names.filter_map(|name| geometry.node(name)).collect(), &bodies);
+    let riding = with_joined(names.filter_map(|name| geometry.node(name)).collect(), &bodies);
     let mut turning = HashSet::new();
     for element in elements.iter().filter(|e| e.matrices.is_none() && e.nodes.len() > 1) {
         let turns = |dofs: &[Dof]| [Dof::Rx, Dof::Ry, Dof::Rz].iter().all(|d| dofs.contains(d));
         turning.extend(element.nodes.iter().zip(element.kind.nodes()).filter(|(_, dofs)| turns(dofs)).map(|(n, _)| *n));
     }
-    let turning = spread(turning, &bodies);
+    let turning = with_joined(turning, &bodies);
     riding.into_iter().chain((0..geometry.names.len()).filter(|n| !turning.contains(n))).collect()
 }
 
 /// Nodes, and all that pairs join to them.
-fn spread(mut nodes: HashSet<usize>, pairs: &[(usize, usize)]) -> HashSet<usize> {
+fn with_joined(mut nodes: HashSet<usize>, pairs: &[(usize, usize)]) -> HashSet<usize> {
     loop {
         let before = nodes.len();
         for &(a, b) in pairs {

@@ -6,7 +6,7 @@ use crate::correlation::{
 use crate::data::TestData;
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::{ModalDamping, Modes};
-use crate::model::{MassProperties, ModalSolver, ParametricModel};
+use crate::model::{MassProperties, Matrices, ModalSolver, ParametricModel};
 use crate::objective::{Comparison, EvalError, LeastSquares, Objective, Scaling};
 use crate::update::{ModeName, Settings, UpdateError, name_modes};
 use std::f64::consts::TAU;
@@ -264,15 +264,15 @@ pub struct FrfSensitivity {
 /// H = S Z⁻¹ Bᵀ,   ∂H = -S Z⁻¹ (∂K - ω² ∂M) Z⁻¹ Bᵀ,   Z⁻¹ = Φ diag(1/(ω_r² - ω² + 2iζω_rω)) Φᵀ
 /// ```
 ///
-/// * `responses`, `references` - observation rows, (n x n_dof)
+/// * `matrices`, `modes` - at the estimates, moved into their bounds; all modes of the model: with fewer, Z⁻¹ lacks the others
+/// * `at_responses`, `at_references` - the modes where it is read and driven, (n x n_modes)
 /// * `damping` - ratio of every mode; the damping matrix that it makes is held while θ changes
-/// * `modes` - all modes of the model: with fewer, Z⁻¹ lacks the others
 ///
 /// The relative change is the same for receptance, mobility and accelerance.
 pub fn frf_sensitivities(
     model: &dyn ParametricModel,
-    modes: &Modes,
-    (responses, references): (&DMatrix<f64>, &DMatrix<f64>),
+    (matrices, modes): (&Matrices, &Modes),
+    (at_responses, at_references): (&DMatrix<f64>, &DMatrix<f64>),
     frequencies_hz: &[f64],
     damping: f64,
 ) -> Result<FrfSensitivity, UpdateError> {
@@ -280,13 +280,12 @@ pub fn frf_sensitivities(
     let theta = crate::objective::starting_point(model);
     let failed = |e: &dyn std::fmt::Display| UpdateError::Start(EvalError::Unsolvable { reason: e.to_string() });
     let mut relative = vec![vec![0.0; frequencies_hz.len()]; scaling.len()];
-    let (at_responses, at_references) = (responses * &modes.shapes, references * &modes.shapes);
     let ratios = ModalDamping::uniform(modes.len(), damping).ratios;
     for (k, (&j, width)) in scaling.free().iter().zip(scaling.width()).enumerate() {
-        let d = model.assemble_derivative(&theta, j).map_err(|e| failed(&e))?;
+        let d = matrices.derivative(model, &theta, j).map_err(|e| failed(&e))?;
         // In modal coordinates.
-        let stiffness = modes.shapes.tr_mul(&(&d.stiffness * &modes.shapes));
-        let mass = modes.shapes.tr_mul(&(&d.mass * &modes.shapes));
+        let stiffness = modes.shapes.tr_mul(&d.stiffness_times(&modes.shapes));
+        let mass = modes.shapes.tr_mul(&d.mass_times(&modes.shapes));
         for (line, f) in frequencies_hz.iter().enumerate() {
             let omega = TAU * f;
             let gain = DVector::from_fn(modes.len(), |r, _| {
@@ -296,7 +295,7 @@ pub fn frf_sensitivities(
             let change = (&stiffness - &mass * (omega * omega)).map(Complex::from);
             let weighted =
                 |rows: &DMatrix<f64>| DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, r| gain[r] * rows[(i, r)]);
-            let (left, right) = (weighted(&at_responses), weighted(&at_references));
+            let (left, right) = (weighted(at_responses), weighted(at_references));
             let h = &left * at_references.transpose().map(Complex::from);
             let dh = &left * change * right.transpose();
             let size = h.iter().map(nalgebra::Complex::norm_sqr).sum::<f64>();
