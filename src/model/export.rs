@@ -1,12 +1,13 @@
 //! The matrices of a model for other programs, whole or reduced to some nodes.
 
-use super::{ModelError, ParametricModel};
+use super::solver::Matrices;
+use super::{MOST_DENSE_DOFS, ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
 use crate::linalg::sparse::SparseSym;
 use crate::matrices::{DofRow, Entry, Label, Matrix, Symmetric};
-use crate::modal::reduction::{ReductionError, guyan, selection, serep};
-use crate::modal::{SolveOptions, craig_bampton};
+use crate::modal::reduction::{ReductionError, guyan, selection, serep, serep_transformation};
+use crate::modal::{SolveOptions, craig_bampton, craig_bampton_sparse};
 
 /// How a model is reduced to nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,23 +99,36 @@ fn on_nodes(
     if rows.is_empty() {
         return Err(ExportError::NothingStays);
     }
-    let system = model.assemble(theta)?;
-    let (k, m) = (&system.stiffness, &system.mass);
-    let s = selection(map.n_dof(), &rows)?;
-    let t = match how {
-        ExportReduction::Guyan => guyan(k, m, &s)?.transformation,
-        ExportReduction::Serep(n_elastic) => {
-            let modes = super::solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?;
-            serep(k, m, &s, &modes.shapes)?.transformation
-        }
-        ExportReduction::CraigBampton(n_modes) => craig_bampton(k, m, &rows, n_modes)?,
+    let nodes_of: Vec<usize> = map.rows().iter().map(|r| r.0).collect();
+    let (matrices, t) = if map.n_dof() <= MOST_DENSE_DOFS {
+        let system = model.assemble(theta)?;
+        let (k, m) = (&system.stiffness, &system.mass);
+        let s = selection(map.n_dof(), &rows)?;
+        let t = match how {
+            ExportReduction::Guyan => guyan(k, m, &s)?.transformation,
+            ExportReduction::Serep(n_elastic) => serep(k, m, &s, &shapes(model, theta, n_elastic)?)?.transformation,
+            ExportReduction::CraigBampton(n_modes) => craig_bampton(k, m, &rows, n_modes)?,
+        };
+        (Matrices::Dense(system), t)
+    } else {
+        let system = model.assemble_sparse(theta)?;
+        let (k, m) = (&system.stiffness, &system.mass);
+        let t = match how {
+            ExportReduction::Guyan => craig_bampton_sparse(k, m, &nodes_of, &rows, 0)?,
+            ExportReduction::Serep(n_elastic) => {
+                let shapes = shapes(model, theta, n_elastic)?;
+                serep_transformation(&shapes, &shapes.select_rows(&rows))?
+            }
+            ExportReduction::CraigBampton(n_modes) => craig_bampton_sparse(k, m, &nodes_of, &rows, n_modes)?,
+        };
+        (Matrices::Sparse(system), t)
     };
     let mut dofs: Vec<DofRow> = rows.iter().map(|&r| row(model, map.rows()[r].0, map.rows()[r].1)).collect();
     let modal = |q: usize| Label { node: format!("q{q}"), dof: None };
     dofs.extend((1..=t.ncols() - rows.len()).map(|q| DofRow { label: modal(q), position: None, frame: None }));
     let labels: Vec<Label> = dofs.iter().map(|d| d.label.clone()).collect();
-    let of = |name: &str, a: &DMatrix<f64>| {
-        let reduced = t.transpose() * a * &t;
+    let of = |name: &str, a_t: &DMatrix<f64>| {
+        let reduced = t.transpose() * a_t;
         let mut lower = Vec::new();
         for j in 0..reduced.ncols() {
             for i in j..reduced.nrows() {
@@ -126,8 +140,9 @@ fn on_nodes(
         }
         Symmetric { n: reduced.nrows(), lower, asymmetry: 0.0 }.matrix(name, labels.clone())
     };
-    let mut matrices = vec![of("K", k), of("M", m)];
-    matrices.extend(system.damping.as_ref().map(|c| of("C", c)));
+    let damping = matrices.damping_times(&t);
+    let mut matrices = vec![of("K", &matrices.stiffness_times(&t)), of("M", &matrices.mass_times(&t))];
+    matrices.extend(damping.as_ref().map(|c_t| of("C", c_t)));
     let stays = |node: usize, dof: Dof| rows.iter().any(|&r| map.rows()[r] == (node, dof));
     let (recovery, recovered) = recovery(
         model,
@@ -139,6 +154,10 @@ fn on_nodes(
         },
     );
     Ok(MatrixExport { matrices, dofs, recovery, recovered })
+}
+
+fn shapes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result<DMatrix<f64>, ModelError> {
+    Ok(super::solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?.shapes)
 }
 
 fn row(model: &dyn ParametricModel, node: usize, dof: Dof) -> DofRow {

@@ -2,7 +2,9 @@
 
 use super::reduction::ReductionError;
 use super::solve::{SolveOptions, solve};
+use super::sparse::solve_sparse;
 use retune_linalg::DMatrix;
+use retune_linalg::sparse::{SparsePlan, SparseSym, solve_shifted};
 
 /// T of u = T \[u_b; q\], (n x (n_b + n_modes)).
 ///
@@ -74,9 +76,113 @@ pub fn craig_bampton(
     Ok(t)
 }
 
+/// [`craig_bampton`] for sparse matrices. Without modes it is the static reduction of Guyan.
+///
+/// * `node` - which rows belong together, as of one node, for the elimination order (n)
+///
+/// # Errors
+/// As [`craig_bampton`].
+pub fn craig_bampton_sparse(
+    k: &SparseSym,
+    m: &SparseSym,
+    node: &[usize],
+    boundary: &[usize],
+    n_modes: usize,
+) -> Result<DMatrix<f64>, ReductionError> {
+    let n = k.n();
+    let singular = ReductionError::Singular { frequency_hz: 0.0 };
+    let mut boundary_at = vec![None; n];
+    for (j, &row) in boundary.iter().enumerate() {
+        match boundary_at.get_mut(row) {
+            Some(known) if known.is_none() => *known = Some(j),
+            _ => return Err(ReductionError::NoSuchDof { dof: row, n_dof: n }),
+        }
+    }
+    let inside: Vec<usize> = (0..n).filter(|&i| boundary_at[i].is_none()).collect();
+    let mut t = DMatrix::zeros(n, boundary.len());
+    for (j, &row) in boundary.iter().enumerate() {
+        t[(row, j)] = 1.0;
+    }
+    if inside.is_empty() {
+        return Ok(t);
+    }
+    let mut inside_at = vec![None; n];
+    inside.iter().enumerate().for_each(|(i, &row)| inside_at[row] = Some(i));
+    let block = |a: &SparseSym| {
+        let entries = a.entries().filter_map(|(i, j, value)| Some((inside_at[i]?, inside_at[j]?, value)));
+        SparseSym::from_triplets(inside.len(), entries)
+    };
+    let (k_ii, m_ii) = (block(k), block(m));
+    let node: Vec<usize> = inside.iter().map(|&i| node[i]).collect();
+    let plan = SparsePlan::new(&k_ii, &m_ii, &node)?;
+    // What moves with the boundary held has a mode near zero, though rounding may let K_ii have a factor.
+    let options = SolveOptions { n_elastic: n_modes.clamp(1, inside.len()), shift: None };
+    let held = solve_sparse(&plan, &k_ii, &m_ii, &DMatrix::zeros(inside.len(), 6), options, None);
+    let modes = match held {
+        Ok((modes, _)) if modes.n_mechanism == 0 => Some(modes),
+        // Without masses inside there are no modes to look at.
+        Err(super::ModalError::NoMass) if n_modes == 0 => None,
+        _ => return Err(singular),
+    };
+    // K_ib of the boundary at a unit displacement each.
+    let mut forces = DMatrix::zeros(inside.len(), boundary.len());
+    for (i, j, value) in k.entries() {
+        for (a, b) in [(i, j), (j, i)] {
+            if let (Some(row), Some(column)) = (inside_at[a], boundary_at[b]) {
+                forces[(row, column)] += value;
+            }
+        }
+    }
+    let follows = solve_shifted(&plan, &k_ii, &m_ii, 0.0, &forces).map_err(|_| singular)?;
+    let n_modes = modes.as_ref().map_or(0, |modes| n_modes.min(modes.len()));
+    let mut t = t.resize_horizontally(boundary.len() + n_modes, 0.0);
+    for (i, &row) in inside.iter().enumerate() {
+        for j in 0..boundary.len() {
+            t[(row, j)] = -follows[(i, j)];
+        }
+        for (j, modes) in (0..n_modes).zip(std::iter::repeat(modes.as_ref()).flatten()) {
+            t[(row, boundary.len() + j)] = modes.shapes[(i, j)];
+        }
+    }
+    Ok(t)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A free lattice of masses on springs, reduced to two of its corners, by dense and by sparse matrices.
+    #[test]
+    fn sparse_is_dense() {
+        let (side, n) = (14, 14 * 14);
+        let mut k = DMatrix::zeros(n, n);
+        for at in 0..n {
+            for (next, is_there) in [(at + 1, (at + 1) % side != 0), (at + side, at + side < n)] {
+                let s = 1.0 + (at % 5) as f64;
+                for (a, b, sign) in [(at, at, 1.0), (next, next, 1.0), (at, next, -1.0), (next, at, -1.0)] {
+                    if is_there {
+                        k[(a, b)] += sign * s;
+                    }
+                }
+            }
+        }
+        let m = DMatrix::from_diagonal(&nalgebra::DVector::from_fn(n, |i, _| 1.0 + (i % 3) as f64));
+        let (sparse_k, sparse_m) = (SparseSym::from_dense(&k), SparseSym::from_dense(&m));
+        let nodes: Vec<usize> = (0..n).collect();
+        let reduced = |t: &DMatrix<f64>, a: &DMatrix<f64>| t.transpose() * a * t;
+        for n_modes in [0, 5] {
+            let dense = craig_bampton(&k, &m, &[n - 1, 0], n_modes).unwrap();
+            let sparse = craig_bampton_sparse(&sparse_k, &sparse_m, &nodes, &[n - 1, 0], n_modes).unwrap();
+            assert_eq!(dense.shape(), sparse.shape());
+            for a in [&k, &m] {
+                // Modes may have another sign.
+                let (dense, sparse) = (reduced(&dense, a), reduced(&sparse, a));
+                assert!((dense.abs() - sparse.abs()).amax() < 1e-9 * dense.amax(), "{dense} {sparse}");
+            }
+        }
+        assert!(craig_bampton_sparse(&sparse_k, &sparse_m, &nodes, &[], 1).is_err());
+        assert!(craig_bampton_sparse(&sparse_k, &sparse_m, &nodes, &[0, 0], 1).is_err());
+    }
 
     /// A free chain of five masses: with all modes of the inside the spectrum is that of the chain, and rigid motions are kept with any.
     #[test]

@@ -11,7 +11,7 @@ mod solve;
 mod sparse;
 mod stability;
 
-pub use craig_bampton::craig_bampton;
+pub use craig_bampton::{craig_bampton, craig_bampton_sparse};
 pub use frf::{ModalDamping, accelerance, synthesize};
 pub use modes::{ModalError, Modes};
 pub use sensitivity::{
