@@ -48,7 +48,7 @@ pub fn varying_sensors(model: &dyn ParametricModel, sensors: &[Sensor], theta: &
         }
         Place::Element { element, fraction, .. } => matches!(model.point_at(element, *fraction, theta), Ok(Some(_))),
         Place::Node { node, .. } => {
-            let node = model.dof_map().node(node);
+            let node = model.dofs_of_nodes().node(node);
             node.is_some_and(|n| matches!(model.node_at(n, theta), Ok(Some(_))))
         }
     };
@@ -69,8 +69,12 @@ fn observe(
             MOST_ENTRIES / n_dof
         )));
     }
+    let rows = rows(model, sensors, theta)?;
+    if let Some(stand_in) = model.stand_in() {
+        return Ok(stand_in.observed(&rows));
+    }
     let mut s = DMatrix::zeros(sensors.len(), n_dof);
-    for (i, row) in rows(model, sensors, theta)?.into_iter().enumerate() {
+    for (i, row) in rows.into_iter().enumerate() {
         for (column, factor) in row {
             s[(i, column)] += factor;
         }
@@ -78,7 +82,8 @@ fn observe(
     Ok(s)
 }
 
-/// The rows of [`observation_matrix`] as sums, (column, factor) of each entry; a column may come several times.
+/// The rows of [`observation_matrix`] as sums, (column, factor) of each entry; a column may come several times. Those of a stand-in are on the rows of
+/// the model that it stands for.
 ///
 /// # Errors
 /// As [`observation_matrix`].
@@ -203,7 +208,7 @@ pub(super) fn locate(
     sensor: &Sensor,
     theta: Option<&[f64]>,
 ) -> Result<(PointMotion, Option<[f64; 3]>), CorrelationError> {
-    let dofs = model.dof_map();
+    let dofs = model.dofs_of_nodes();
     let failed = |e: ModelError| CorrelationError::Model(e.to_string());
     match &sensor.place {
         Place::Node { node, position } => {

@@ -26,13 +26,16 @@ use super::connection::Connection;
 use super::dependence::{Terms, central_difference, dependence, dependences, element_matrices};
 use super::dof_map::rigid_motion;
 use super::elastic_support::ElasticSupports;
+use super::geometry::minus;
 use super::mass_properties::add_rigid_mass;
+use super::moving::EndMotion;
 use super::parameter::{Parameter, ParameterSet};
 use super::placed_element::PlacedElement;
 use super::{ElementMatrices, Model, ModelError, ParametricModel};
 use crate::element::Dof;
 use crate::linalg::{DMatrix, SymMatrix};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Elements whose terms are found together: those of a shell take some 30 kB.
@@ -46,6 +49,8 @@ pub struct Change {
     /// Where the coordinates that it brings stand, m, and what they are.
     new: Vec<([f64; 3], Dof)>,
     n_sizes: usize,
+    /// Nodes of the model that it moves.
+    moved: BTreeMap<usize, EndMotion>,
 }
 
 /// A part of a change.
@@ -80,7 +85,7 @@ impl Change {
         let supports = model.elastic_supports().map(|s| Part::supports(s.clone(), 1.0));
         let general = (0..model.elements().len()).filter(|&e| model.is_general(e));
         let parts = general.map(Part::Taken).chain(supports).collect();
-        Self { model: model.clone(), parts, new: Vec::new(), n_sizes: 0 }
+        Self { model: model.clone(), parts, new: Vec::new(), n_sizes: 0, moved: BTreeMap::new() }
     }
 
     /// Number of its elements.
@@ -116,6 +121,18 @@ impl Change {
     /// Number of its sizes.
     pub fn n_sizes(&self) -> usize {
         self.n_sizes
+    }
+
+    /// The nodes of the model that it moves, by index.
+    pub fn moved_nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.moved.keys().copied()
+    }
+
+    /// How far it moves a node: the point that its dofs stand for, and where the node lies beside that point, global, m; `None` where it does not.
+    pub fn displacement(&self, node: usize, theta: &[f64], sizes: &[f64]) -> Option<[[f64; 3]; 2]> {
+        let with = self.moved.get(&node)?.at(&[theta, sizes].concat());
+        let without = self.model.displaced(node, theta).unwrap_or([[0.0; 3]; 2]);
+        Some([0, 1].map(|k| minus(with[k], without[k])))
     }
 
     /// Rows of the model that it touches, then its new coordinates.

@@ -19,7 +19,7 @@ use super::dependence::{central_difference, element_matrices, interior_point};
 use super::dof_map::DofMap;
 use super::each::of_each;
 use super::elastic_support::ElasticSupports;
-use super::geometry::{Geometry, minus};
+use super::geometry::{Geometry, Vector, minus, plus};
 use super::inside::stretch;
 use super::mass_properties::MassProperties;
 use super::moving::EndMotion;
@@ -409,7 +409,38 @@ impl Model {
         }
         let ends = e.tips_at(&self.geometry.positions, theta);
         let (first, last) = (ends[0], ends[ends.len() - 1]);
-        Ok(PointMotion { rows, position: super::geometry::plus(first, fraction, minus(last, first)) })
+        Ok(PointMotion { rows, position: plus(first, fraction, minus(last, first)) })
+    }
+}
+
+impl Model {
+    /// [`ParametricModel::node_at`], where changes move the node too.
+    ///
+    /// * `further` - what they add to its displacement, see [`EndMotion::at`]
+    pub(super) fn node_moved(
+        &self,
+        node: usize,
+        theta: &[f64],
+        further: Option<[Vector; 2]>,
+    ) -> Result<Option<PointMotion>, ModelError> {
+        let supports = self.elastic_supports.as_ref();
+        let giving = supports.map(|s| s.node_motion(node, &self.elements, &self.connections, theta)).transpose()?;
+        let (giving, own) = (giving.flatten(), self.displaced(node, theta));
+        if giving.is_none() && own.is_none() && further.is_none() {
+            return Ok(None);
+        }
+        let all = |dof: Dof| {
+            let more = giving.as_ref().map_or(&[][..], |g| &g[dof as usize]);
+            [self.dofs.express(node, dof), more].concat()
+        };
+        let [own, further] = [own, further].map(|d| d.unwrap_or([[0.0; 3]; 2]));
+        let displaced = [0, 1].map(|k| plus(own[k], 1.0, further[k]));
+        Ok(Some(PointMotion::displaced(Dof::ALL.map(all), self.geometry.positions[node], displaced)))
+    }
+
+    /// How far parameters move a node; `None` where they do not.
+    pub(super) fn displaced(&self, node: usize, theta: &[f64]) -> Option<[Vector; 2]> {
+        self.moved.get(&node).map(|motion| motion.at(theta))
     }
 }
 
@@ -495,21 +526,7 @@ impl ParametricModel for Model {
     }
 
     fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
-        let supports = self.elastic_supports.as_ref();
-        let giving = supports.map(|s| s.node_motion(node, &self.elements, &self.connections, theta)).transpose()?;
-        let (giving, moved) = (giving.flatten(), self.moved.get(&node));
-        if giving.is_none() && moved.is_none() {
-            return Ok(None);
-        }
-        let all = |dof: Dof| {
-            let more = giving.as_ref().map_or(&[][..], |g| &g[dof as usize]);
-            [self.dofs.express(node, dof), more].concat()
-        };
-        let (rows, position) = (Dof::ALL.map(all), self.geometry.positions[node]);
-        Ok(Some(match moved {
-            Some(motion) => motion.point(rows, position, theta),
-            None => PointMotion { rows, position },
-        }))
+        self.node_moved(node, theta, None)
     }
 
     fn element_names(&self) -> Vec<&str> {

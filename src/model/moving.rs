@@ -34,8 +34,19 @@ pub(super) struct EndMotion {
 }
 
 impl EndMotion {
+    /// The same with other expressions.
+    pub(super) fn map(&self, of: impl Fn(&Value) -> Value) -> Self {
+        let all = |v: &[Value; 3]| [0, 1, 2].map(|i| of(&v[i]));
+        Self { own: all(&self.own), root: all(&self.root), rides: self.rides }
+    }
+
+    /// Whether it depends on some parameters.
+    pub(super) fn depends_on(&self, parameters: &[usize]) -> bool {
+        self.own.iter().chain(&self.root).flat_map(Value::parameters).any(|p| parameters.contains(&p))
+    }
+
     /// How far the point moves that its dofs stand for, and how far the end lies beside that point then, global, m.
-    fn at(&self, theta: &[f64]) -> [Vector; 2] {
+    pub(super) fn at(&self, theta: &[f64]) -> [Vector; 2] {
         let own = at(&self.own, theta);
         if !self.rides {
             return [[0.0; 3], own];
@@ -70,9 +81,7 @@ impl Moving {
 
     /// The same with other expressions; `None` where nothing moves then.
     pub(super) fn map(&self, of: impl Fn(&Value) -> Value) -> Option<Self> {
-        let all = |v: &[Value; 3]| [0, 1, 2].map(|i| of(&v[i]));
-        let ends = self.ends.iter().map(|e| EndMotion { own: all(&e.own), root: all(&e.root), rides: e.rides });
-        let mapped = Self { ends: ends.collect(), near: self.near };
+        let mapped = Self { ends: self.ends.iter().map(|e| e.map(&of)).collect(), near: self.near };
         let stays = |v: &Value| v.parameters().next().is_none() && v.at(&[]) == 0.0;
         let moves = !mapped.expressions().all(stays);
         moves.then_some(mapped)
@@ -103,12 +112,16 @@ impl Moving {
     }
 }
 
-impl EndMotion {
+impl PointMotion {
     /// The motion of a node by the rows of K, from that at the estimates.
     ///
-    /// * `rows` - of the six dofs where the node is at the estimates
-    pub(super) fn point(&self, mut rows: [Vec<(usize, f64)>; 6], position: Vector, theta: &[f64]) -> PointMotion {
-        let [carried, beside] = self.at(theta);
+    /// * `rows`, `position` - of the six dofs where the node is at the estimates
+    /// * `carried`, `beside` - see [`EndMotion::at`]
+    pub(super) fn displaced(
+        mut rows: [Vec<(usize, f64)>; 6],
+        position: Vector,
+        [carried, beside]: [Vector; 2],
+    ) -> PointMotion {
         for (turn, axis) in GLOBAL.iter().enumerate() {
             let turned = rows[3 + turn].clone();
             for (row, lever) in rows[..3].iter_mut().zip(cross(*axis, beside)).filter(|(_, lever)| *lever != 0.0) {

@@ -10,6 +10,7 @@
 //! (a body on a spring) are coordinates here too.
 
 mod forces;
+mod seen;
 mod sum;
 
 use self::forces::{FEW_ROWS, NEGLIGIBLE};
@@ -25,7 +26,7 @@ use super::mass_properties::MassProperties;
 use super::parameter::{Parameter, ParameterSet};
 use super::reduced::{ReducedModel, ReducedOptions};
 use super::system::System;
-use super::{ElementMatrices, Model, ModelError, ParametricModel, Targets};
+use super::{ElementMatrices, Model, ModelError, ParametricModel, PointMotion, Targets};
 use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, symmetric_eigen, tall_take, tall_tr_mul};
@@ -401,29 +402,6 @@ impl StandIn {
         ]
     }
 
-    /// Rows of the model on the coordinates: an observation matrix S becomes S \[V W 0\].
-    ///
-    /// * `rows` - (row, factor) of each
-    pub fn observed(&self, rows: &[Vec<(usize, f64)>]) -> DMatrix<f64> {
-        let (m, n) = (self.common.basis.ncols(), self.common.basis.nrows());
-        if rows.iter().map(Vec::len).sum::<usize>() > n {
-            // As good as full.
-            let mut full = DMatrix::zeros(n, rows.len());
-            for (mut column, terms) in full.column_iter_mut().zip(rows) {
-                for &(row, factor) in terms {
-                    column[row] += factor;
-                }
-            }
-            let mut out = DMatrix::zeros(rows.len(), self.dofs.n_dof());
-            out.columns_mut(0, m).copy_from(&tall_tr_mul(&full, &self.common.basis));
-            out.columns_mut(m, self.extra.ncols()).copy_from(&tall_tr_mul(&full, &self.extra));
-            return out;
-        }
-        DMatrix::from_fn(rows.len(), self.dofs.n_dof(), |i, c| {
-            rows[i].iter().map(|&(row, factor)| factor * self.entry(row, c)).sum()
-        })
-    }
-
     /// Motions of the model from those of its coordinates, (n_dof x any number).
     pub fn expanded(&self, y: &DMatrix<f64>) -> DMatrix<f64> {
         let (m, extra) = (self.common.basis.ncols(), self.extra.ncols());
@@ -546,6 +524,26 @@ impl ParametricModel for StandIn {
     ) -> Result<Option<Vec<ModeCharacter>>, ModelError> {
         self.check(theta)?;
         self.common.model.characters(self.of_model(theta).0, &self.expanded(shapes), n_rigid)
+    }
+
+    fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
+        self.common.model.point(element, fraction)
+    }
+
+    fn point_at(&self, element: &str, fraction: f64, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        self.common.model.point_at(element, fraction, self.of_model(theta).0)
+    }
+
+    fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {
+        self.common.model.point_near(element, place)
+    }
+
+    fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
+        self.node_on_rows(node, theta)
+    }
+
+    fn element_names(&self) -> Vec<&str> {
+        self.common.model.element_names()
     }
 
     fn modal_damping(&self) -> Option<&Affine> {

@@ -72,13 +72,15 @@ impl<'a> Comparison<'a> {
         Self::observed(model, test, pairing, solver, (sensors, varying))
     }
 
-    /// The same of a model that has no nodes, only coordinates, with its observation matrix.
+    /// The same of what stands in for a model, see [`crate::model::StandIn`].
+    ///
+    /// # Errors
+    /// As [`Self::sharing`]; data that need more than modes.
     pub fn of_stand_in(
         model: &'a dyn ParametricModel,
         test: &'a TestData,
         pairing: PairingOptions,
         solver: Option<Arc<ModalSolver>>,
-        sensors: DMatrix<f64>,
     ) -> Result<Self, CorrelationError> {
         let further =
             [("static tests", !test.static_tests.is_empty()), ("frequency responses", test.frf_fit.is_some())];
@@ -87,7 +89,7 @@ impl<'a> Comparison<'a> {
                 "{what} need more than the modes of a model with more than {MOST_DENSE_DOFS} dofs: subdivide less, or leave the {what} out of the test file"
             )));
         }
-        Self::observed(model, test, pairing, solver, (sensors, Vec::new()))
+        Self::sharing(model, test, pairing, solver)
     }
 
     /// The same model with another test of the same sensors.

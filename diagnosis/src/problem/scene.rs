@@ -18,7 +18,7 @@ use crate::error::DiagnosisError;
 use crate::thresholds::{STAND_IN_ERROR, WEAK_PRIOR};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use retune::correlation::{CorrelationError, observation_matrix, observation_rows, sensor_position};
+use retune::correlation::{CorrelationError, observation_matrix, sensor_position};
 use retune::data::{Joined, Sensor, TestData, joined};
 use retune::effect::{NewParameter, Patch, PatchError};
 use retune::element::Dof;
@@ -86,10 +86,7 @@ impl Case {
     /// # Errors
     /// A sensor without a place on the model.
     pub(crate) fn observe(&self, sensors: &[Sensor]) -> Result<DMatrix<f64>, CorrelationError> {
-        match &self.stand_in {
-            Some(stand_in) => Ok(stand_in.observed(&observation_rows(&**stand_in.model(), sensors)?)),
-            None => observation_matrix(&*self.model, sensors),
-        }
+        observation_matrix(self.solved(), sensors)
     }
 
     /// A dof of a node of the file as a sum of rows of what is solved.
@@ -107,9 +104,7 @@ impl Case {
         let known = self.solver.get().or(self.like.as_ref()).cloned();
         let rule = how.rule(&self.test);
         let made = match &self.stand_in {
-            Some(stand_in) => {
-                Comparison::of_stand_in(&**stand_in, &self.test, rule, known, self.observe(&self.test.sensors)?)?
-            }
+            Some(stand_in) => Comparison::of_stand_in(&**stand_in, &self.test, rule, known)?,
             None => Comparison::sharing(&*self.model, &self.test, rule, known)?,
         };
         self.solver.get_or_find(|| made.solver().clone());

@@ -25,10 +25,12 @@ use crate::settings::Settings;
 use crate::thresholds::SMALL_STEP;
 use rayon::prelude::*;
 use retune::correlation::{CorrelationError, observation_rows};
+use retune::data::{Place, Sensor};
 use retune::effect::Candidate;
+use retune::element::Dof;
 use retune::linalg::sparse::{IndefinitePencil, SparsePlan};
 use retune::linalg::{DMatrix, DVector, LinalgError, SymMatrix, tall_take, tall_tr_mul};
-use retune::model::{Change, ChangeAt, MassProperties, ModelError, ParametricModel, Targets};
+use retune::model::{Change, ChangeAt, MassProperties, Model, ModelError, ParametricModel, Targets};
 use retune::objective::{Comparison, Prediction};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -81,6 +83,7 @@ struct Adjoint {
     theta: Vec<f64>,
     /// Rᵀ M R of the six rigid motions, where something is compared with it.
     mass: Option<SymMatrix>,
+    mounted: Vec<Mounted>,
 }
 
 /// Candidates times dofs from which slopes choose who is evaluated: an imported aircraft of 400 dofs has 9 000 candidates, and every evaluation of
@@ -212,6 +215,25 @@ struct Moved {
     mass: Option<SymMatrix>,
 }
 
+/// A sensor that stands on a node and moves with it.
+struct Mounted {
+    sensor: usize,
+    node: usize,
+    direction: [f64; 3],
+    /// The rotations of the node, on the rows of the model.
+    rotations: [Vec<(usize, f64)>; 3],
+}
+
+impl Mounted {
+    fn new(model: &Model, sensor: usize, of: &Sensor) -> Option<Self> {
+        let Place::Node { node, position: None } = &of.place else { return None };
+        let (dofs, is_turning) = (model.dof_map(), of.is_rotation);
+        let node = dofs.node(node).filter(|_| !is_turning)?;
+        let rotations = [Dof::Rx, Dof::Ry, Dof::Rz].map(|dof| dofs.express(node, dof).to_vec());
+        Some(Self { sensor, node, direction: of.direction, rotations })
+    }
+}
+
 impl Adjoint {
     fn new(case: &Case, comparison: &Comparison<'_>, theta: &[f64]) -> Result<Self, DiagnosisError> {
         let failed = |e: ModelError| DiagnosisError::from(CorrelationError::Model(e.to_string()));
@@ -251,12 +273,14 @@ impl Adjoint {
         let is_weighed = !case.test.mass_properties.is_empty() || model.targets() != Targets::default();
         let mass = (is_weighed && prediction.mass_properties.is_some()).then(|| model.rigid_mass(&theta));
         let mass = mass.transpose().map_err(failed)?;
-        Ok(Self { prediction, modes, answers, theta, mass })
+        let mounted = case.test.sensors.iter().enumerate().filter_map(|(i, s)| Mounted::new(model, i, s)).collect();
+        Ok(Self { prediction, modes, answers, theta, mass, mounted })
     }
 
     /// What a change of these sizes does, to first order.
     fn moved(&self, change: &Change, sizes: &[f64]) -> Option<Moved> {
         let local = Local(change.at(&self.theta, sizes).ok()?);
+        let carried = self.carried(change, sizes);
         let (mut frequencies, mut shapes, mut largest) = (Vec::new(), Vec::new(), 0.0_f64);
         for ((elastic, lambda, phi), answers) in self.modes.iter().zip(&self.answers) {
             let (force, growth) = local.force(*lambda, phi)?;
@@ -266,6 +290,9 @@ impl Adjoint {
             for (&row, f) in local.0.old_rows().iter().zip(force.iter()) {
                 shape.axpy(-f, &answers.column(row), 1.0);
             }
+            for (sensor, terms) in &carried {
+                shape[*sensor] += terms.iter().map(|&(row, factor)| factor * phi[row]).sum::<f64>();
+            }
             let relative = 0.5 * slope / lambda;
             let size = now.amax();
             largest = largest.max(relative.abs()).max(if size > 0.0 { shape.amax() / size } else { 0.0 });
@@ -274,6 +301,30 @@ impl Adjoint {
         }
         let mass = self.mass.as_ref().and_then(|_| change.rigid_mass(&self.theta, sizes).ok());
         Some(Moved { frequencies, shapes, largest, mass })
+    }
+
+    /// What sensors read more of the modes, as sums over the rows, as they stand on nodes that a change moves:
+    ///
+    /// ```text
+    /// d · (θ × a),    a: from where the dofs of the node are to where it is
+    /// ```
+    fn carried(&self, change: &Change, sizes: &[f64]) -> Vec<(usize, Vec<(usize, f64)>)> {
+        let mut carried = Vec::new();
+        for (node, beside) in
+            change.moved_nodes().filter_map(|n| Some((n, change.displacement(n, &self.theta, sizes)?[1])))
+        {
+            for mounted in self.mounted.iter().filter(|m| m.node == node) {
+                let d = mounted.direction;
+                // d · (θ × a) = θ · (a × d)
+                let [x, y, z] = beside;
+                let about = [y * d[2] - z * d[1], z * d[0] - x * d[2], x * d[1] - y * d[0]];
+                let of = |(list, lever): (&Vec<(usize, f64)>, f64)| -> Vec<(usize, f64)> {
+                    list.iter().map(|&(row, factor)| (row, lever * factor)).collect()
+                };
+                carried.push((mounted.sensor, mounted.rotations.iter().zip(about).flat_map(of).collect()));
+            }
+        }
+        carried
     }
 
     /// The prediction with a share of what a change does.

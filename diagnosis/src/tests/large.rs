@@ -6,6 +6,7 @@ use crate::problem::fit::{evaluate, project};
 use crate::problem::scene::Scene;
 use crate::screen::adjoint::{Answers, screen, slopes_first};
 use crate::screen::effects::Directions;
+use retune::correlation::{observation_matrix, observation_matrix_at};
 use retune::effect::{Candidate, Context, candidates};
 use retune::linalg::{DMatrix, DVector};
 use retune::matrices::{MatrixFormat, write};
@@ -192,6 +193,49 @@ fn a_stand_in_has_the_frequencies_of_the_patched_model() {
         }
         assert!(wrong.is_empty(), "{name}: {wrong:#?}");
     }
+}
+
+/// Sensors on nodes that a change or a parameter of the file moves read there, on a stand-in as on the patched model.
+#[test]
+fn sensors_move_with_their_nodes_on_a_stand_in() {
+    let (mut compared, mut felt) = (0, 0.0_f64);
+    for (name, model, _) in models() {
+        let base = scene(&model);
+        let all = placed(&model);
+        base.place(&all);
+        let sensors = node_sensors(&model);
+        let theta: Vec<f64> = model
+            .parameters()
+            .iter()
+            .zip(middle(&model))
+            .map(|(p, t)| if p.unit == "m" { t + 0.02 } else { t })
+            .collect();
+        for candidate in all.iter().filter(|c| c.effect.name() == "node-position").step_by(3) {
+            let (changed, patched) =
+                (with_effect(&base, candidate).unwrap(), candidate.build(&model, &Registry::builtin()).unwrap());
+            let sizes: Vec<f64> = candidate.parameters.iter().map(|p| 2.0 * p.typical).collect();
+            let at = patched.theta(&theta, &sizes);
+            let seen = |m: &dyn ParametricModel| -> DMatrix<f64> {
+                let (_, modes) = ModalSolver::new(m, &at, 4).unwrap().solve(m, &at, 4).unwrap();
+                observation_matrix_at(m, &sensors, &at).unwrap() * modes.shapes.columns(modes.n_rigid, 4)
+            };
+            let (own, full) = (seen(changed.solved()), seen(&patched.model));
+            let still = {
+                let (m, at) = (changed.solved(), &at);
+                let (_, modes) = ModalSolver::new(m, at, 4).unwrap().solve(m, at, 4).unwrap();
+                observation_matrix(m, &sensors).unwrap() * modes.shapes.columns(modes.n_rigid, 4)
+            };
+            for k in 0..4 {
+                let off = |a: &DMatrix<f64>| {
+                    1.0 - (a.column(k).dot(&full.column(k)) / (a.column(k).norm() * full.column(k).norm())).abs()
+                };
+                felt = felt.max(off(&still));
+                assert!(off(&own) < 3e-4, "{name}: {}, mode {k}: {}", candidate.id(), off(&own));
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared > 20 && felt > 3e-3, "{compared} {felt}");
 }
 
 /// What is not a polynomial of the parameters stands on the basis by itself: the frequencies are right wherever its compliances lie.

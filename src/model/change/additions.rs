@@ -8,6 +8,7 @@ use crate::model::connection::{Connection, motion_in_axes, place as place_of};
 use crate::model::constraint::{Elimination, eliminate};
 use crate::model::dof_map::Combination;
 use crate::model::elastic_support::ElasticSupports;
+use crate::model::moving::EndMotion;
 use crate::model::place::{Placed, place, riding};
 use crate::model::placed_element::{Compliance, PlacedElement};
 use crate::model::registry::Registry;
@@ -153,7 +154,13 @@ impl Additions {
         stand.sort_by_key(|s| s.0);
         let new = stand.into_iter().map(|s| s.1).collect();
         parts.shrink_to_fit();
-        let change = Change { model: self.model.clone(), parts, new, n_sizes: own.len() };
+        let moved =
+            self.placed.moved.iter().filter(|(_, motion)| motion.depends_on(&own)).filter_map(|(&n, motion)| {
+                let node = self.nodes[n]?;
+                Some((node, EndMotion { rides: self.riding.contains(&node), ..motion.map(alone) }))
+            });
+        let moved = moved.collect();
+        let change = Change { model: self.model.clone(), parts, new, n_sizes: own.len(), moved };
         change.without_idle_coordinates(typical)
     }
 
