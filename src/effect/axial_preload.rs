@@ -12,6 +12,8 @@ use crate::model::spec::OverrideSpec;
 const USUAL: f64 = 5e-4;
 /// Strain that no structural metal or laminate bears for long.
 const STRONGEST: f64 = 0.01;
+/// Strain at which structural steel yields.
+const YIELD: f64 = 2e-3;
 
 #[doc = "A static axial force in a member: tension stiffens it against bending, compression softens it."]
 #[derive(Debug, Clone, Copy)]
@@ -53,14 +55,17 @@ impl Effect for AxialPreload {
         let (span, is_held) = structure.free_span(&parts[0].elements);
         let euler = std::f64::consts::PI.powi(2) * ei / span.powi(2);
         let least = if is_held { -4.0 } else { -0.25 };
-        // A stub yields long before it buckles.
-        let (usual, most) = if r.ea > 0.0 { (USUAL * r.ea, STRONGEST * r.ea) } else { (f64::MAX, f64::MAX) };
+        // A stub yields long before it buckles, and a tie bears much more than what would buckle it.
+        let (usual, most, tie) =
+            if r.ea > 0.0 { (USUAL * r.ea, STRONGEST * r.ea, YIELD * r.ea) } else { (f64::MAX, f64::MAX, 0.0) };
+        // What is there already is known to a tenth; without it a member is in compression sooner.
+        let own = structure.axial_force(&parts[0].elements);
         let about = format!("axial force in {}, tension positive", at.place());
         let p = b.parameter(
             "force",
             "N",
-            usual.min(0.05 * euler),
-            [(least * euler).max(-most), most.min(10.0 * euler)],
+            usual.min((0.05 * euler).max(0.1 * own.abs())),
+            [(least * euler - own.max(0.0)).max(-most), most.min((10.0 * euler).max(tie))],
             &about,
         );
         b.change("", &entries(&parts), OverrideSpec { add: entry("axial_force", &p), ..OverrideSpec::default() });

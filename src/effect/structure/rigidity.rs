@@ -52,6 +52,16 @@ impl Structure<'_> {
         r
     }
 
+    /// Mean axial force that the file states of the beams among these elements, tension positive, N.
+    pub(in crate::effect) fn axial_force(&self, elements: &[usize]) -> f64 {
+        let (mut sum, mut length) = (0.0, 0.0);
+        for &e in elements.iter().filter(|e| self.is_beam(**e)) {
+            sum += self.length(e) * self.property(e, "axial_force").unwrap_or(0.0);
+            length += self.length(e);
+        }
+        if length > 0.0 { sum / length } else { 0.0 }
+    }
+
     /// Width of a thin plate with the radius of gyration of the sections of these beams: c = √12 r, mean square over their length, m;
     /// none where no section has one.
     pub(in crate::effect) fn section_width(&self, elements: &[usize]) -> Option<f64> {
