@@ -12,7 +12,8 @@
 //!          | [0 ; c P φ_b c_ab/|φ_a|/(k s)]             model form in shape: modes mix, close ones most
 //! c_ab     = min(1, 2 ρ τ √(λ_a λ_b)/|λ_a - λ_b|)
 //! ln p     = -½ zᵀ cov⁻¹ z - ½ ln det cov - ln(s_f √2π) - (n-1) ln(√2π k s)
-//! ln p₀    = -ln(band) + ln Γ(n/2) - n/2 ln π           foreign: any frequency of the band, any shape
+//! ln p₀    = -ln(band) + ln[(1 - l) Γ(n/2)/π^(n/2)      foreign: any frequency of the band, any shape,
+//!            + l mean_jk N(y without y_j; 0, k s)]      or that of one sensor alone: l = 0.2, k = 1, 2, 4
 //! k s √(n-1) ≤ 0.6                                      shapes that are farther apart are not alike
 //! L_ia     = ln p - ln p₀ + ln((1 - e)/(e N)) + label   N modes of the model, e = 0.03
 //! ```
@@ -35,12 +36,10 @@
 
 mod terms;
 
-use self::terms::{Spread, Terms, unit};
+use self::terms::{Spread, Terms, ln_of_none, unit};
 use super::assignment::assign;
 use super::labels::Label;
 use crate::linalg::{DMatrix, DVector};
-use statrs::function::gamma::ln_gamma;
-use std::f64::consts::PI;
 
 /// Share of measured modes that are not of the structure.
 pub(crate) const FOREIGN: f64 = 0.03;
@@ -165,16 +164,7 @@ impl Pairings {
         // Half an octave beyond the highest and the lowest, and an octave at least.
         let ln_band = if high > 0.0 { ((high / low).ln() + 2.0_f64.ln()).ln() } else { 0.0 };
         let units: Vec<_> = measured.iter().map(|m| unit(m)).collect();
-        let none = units
-            .iter()
-            .map(|u| {
-                let isotropic = u.as_ref().map_or(0.0, |(rows, ..)| {
-                    let n = rows.len() as f64;
-                    ln_gamma(0.5 * n) - 0.5 * n * PI.ln()
-                });
-                isotropic - ln_band
-            })
-            .collect();
+        let none = units.iter().map(|u| u.as_ref().map_or(0.0, ln_of_none) - ln_band).collect();
         let terms = measured
             .iter()
             .zip(&units)

@@ -2,7 +2,8 @@
 
 use super::{Form, LEAST_FREQUENCY_SD, LEAST_SHAPE_SD, Measured, Modelled};
 use crate::linalg::{DMatrix, DVector};
-use std::f64::consts::TAU;
+use statrs::function::gamma::ln_gamma;
+use std::f64::consts::{PI, TAU};
 
 /// Coupling of two modes by an error of the model, as a share of the relative error τ of their frequencies.
 pub(super) const COUPLING: f64 = 0.35;
@@ -85,6 +86,26 @@ pub(super) fn unit(mode: &Measured<'_>) -> Option<Unit> {
     };
     let sd = DVector::from_iterator(rows.len(), rows.iter().map(sd));
     Some((rows, y / length, sd))
+}
+
+/// Share of foreign modes that move one sensor alone: what it is glued to, its cable, an instrument beside it.
+const LOCAL: f64 = 0.2;
+/// By how much more than by their noise the others may move then.
+const BESIDE: [f64; 3] = [1.0, 2.0, 4.0];
+
+/// ln of the density of a shape that is of no mode of the model: any direction, or one sensor alone.
+pub(super) fn ln_of_none((rows, y, sd): &Unit) -> f64 {
+    let n = rows.len() as f64;
+    let isotropic = (1.0 - LOCAL).ln() + ln_gamma(0.5 * n) - 0.5 * n * PI.ln();
+    let share = (LOCAL / (n * BESIDE.len() as f64)).ln();
+    let alone = |j: usize, k: f64| -> f64 {
+        let others = (0..y.len()).filter(|&i| i != j);
+        share - others.map(|i| 0.5 * (y[i] / (k * sd[i])).powi(2) + (k * sd[i] * TAU.sqrt()).ln()).sum::<f64>()
+    };
+    let all: Vec<f64> =
+        BESIDE.iter().flat_map(|&k| (0..y.len()).map(move |j| (j, k))).map(|(j, k)| alone(j, k)).collect();
+    let most = all.iter().copied().fold(isotropic, f64::max);
+    most + all.iter().chain([&isotropic]).map(|l| (l - most).exp()).sum::<f64>().ln()
 }
 
 impl Terms {

@@ -1,6 +1,6 @@
 use super::terms::COUPLING;
 use super::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Shapes of a string at n sensors.
 fn shape(mode: usize, n: usize) -> DVector<f64> {
@@ -55,6 +55,28 @@ fn true_modes_are_paired_and_a_foreign_one_is_not() {
     let p = marginals(&odds);
     assert!(p[(0, 0)] > 0.99 && p[(3, 2)] > 0.99 && p[(4, 3)] > 0.5, "{p}");
     assert!(p.row(2).sum() < 0.01, "{p}");
+}
+
+/// One sensor that moves alone far from where the model has such a mode is what it is glued to; where the model has it, it is that mode.
+#[test]
+fn a_sensor_that_moves_alone_is_foreign_unless_the_model_says_so() {
+    let mut model = modelled(6, 12);
+    let local = DVector::from_fn(12, |i, _| if i == 10 { 1.0 } else { 0.0 });
+    model.push(Modelled { frequency: 70.0, shape: local.clone(), ..model[0].clone() });
+    let noisy = |phase: f64| -> Option<Vec<f64>> {
+        Some(local.iter().enumerate().map(|(i, v)| v + 0.02 * (phase + 7.0 * i as f64).sin()).collect())
+    };
+    let tests = [(10.1, of(1, 12)), (14.0, noisy(0.3)), (20.3, of(2, 12)), (70.6, noisy(1.1))];
+    let p = pairings(&tests, &model, vec![None; 4]);
+    for misread in [0.0, 0.01] {
+        let seen = p.seen(Some(&spread()), misread);
+        let odds = seen.ln_odds(seen.level().0);
+        assert_eq!(best(&odds), [Some(0), None, Some(1), Some(6)], "{misread}: {odds}");
+    }
+    // Without the second of them the model's mode is free, and its frequency would have been noted wrongly by a factor of five.
+    let p = pairings(&tests[..3], &model, vec![None; 3]);
+    let p = marginals(&p.seen(Some(&spread()), 0.01).ln_odds(Level::NONE));
+    assert!(p.row(1).sum() < 0.9, "{p}");
 }
 
 /// A frequency that was noted wrongly by a third is a foreign mode to a fit, and a slip where that is a hypothesis.
