@@ -48,15 +48,18 @@ impl Effect for DistributedMass {
         let parts = structure.parts_at(self.name(), at)?;
         let mut b = Builder::new(self.name(), at);
         let is_skin = structure.is_shell(parts[0].elements[0]);
-        let (size, unit, quantity, property, words) = if is_skin {
-            (structure.area(&parts[0].elements), "kg/m2", "mass_per_area", "mass_per_area", "mass per area missing on")
+        let (unit, quantity, property, words) = if is_skin {
+            ("kg/m2", "mass_per_area", "mass_per_area", "mass per area missing on")
         } else {
-            let length = structure.rigidity(&parts[0].elements).length;
-            (length, "kg/m", "mass_per_length", "added_mass_per_length", "mass per length missing along")
+            ("kg/m", "mass_per_length", "added_mass_per_length", "mass per length missing along")
         };
+        let extent = |of: &[usize]| if is_skin { structure.area(of) } else { structure.rigidity(of).length };
+        let size = extent(&parts[0].elements);
         let elements: Vec<usize> = parts.iter().flat_map(|p| p.elements.iter().copied()).collect();
         let typical = 0.02 * structure.total_mass() / size;
-        let most_too_much = 0.9 * structure.mass_of(&elements) / size;
+        // No element may have more taken away than it has.
+        let lightest = elements.iter().map(|&e| structure.mass_of(&[e]) / extent(&[e])).fold(f64::INFINITY, f64::min);
+        let most_too_much = 0.9 * lightest;
         let about = format!("{words} {}", at.place());
         let mu = b.parameter(quantity, unit, typical, [-most_too_much, 25.0 * typical], &about);
         b.change("", &entries(&parts), OverrideSpec { add: entry(property, &mu), ..OverrideSpec::default() });

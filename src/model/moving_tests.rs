@@ -221,3 +221,27 @@ fn rigid_motions_strain_no_element() {
         }
     }
 }
+
+/// A mast of lumped masses, whose rotations have none: what moves gives some of them one by its arm.
+#[test]
+fn massless_rotations_of_a_moved_node_bring_no_mode() {
+    let text = "retune: 1\nname: mast\nparameters: {x: {value: 0 m, bounds: [-1 m, 1 m]}}\nnodes: {foot: [0, 0, 0], knee: [0, 0, 4], tip: [0.3, x, 8], side: [3, 0, 4]}\n\
+                sections: {s: {E: 31 GPa, nu: 0.2, A: 0.2, Iy: 4e-3, Iz: 2.7e-3, J: 5.5e-3, mass_per_length: 500, lumping: 1}}\n\
+                beams: {low: {nodes: [foot, knee], section: s, subdivide: 6}, up: {nodes: [knee, tip], section: s, subdivide: 7}, arm: {nodes: [knee, side], section: s, subdivide: 7}}\n\
+                springs: {f: {node: foot, k: {ux: 2e9, uy: 2e9, uz: 3.5e8, rx: 1.6e8, ry: 1.6e8, rz: 8e7}}}\n";
+    let model = load(text, &Registry::builtin()).unwrap_or_else(|p| panic!("{}", p[0])).0;
+    assert!(model.dof_map().n_dof() >= 120);
+    let solver = super::ModalSolver::new(&model, &[0.0], 34).unwrap();
+    for x in [-1.0, -0.66, -0.2, -0.05, 0.01, 0.1, 0.3, 0.7, 1.0] {
+        let (_, found) = solver.solve(&model, &[x], 34).unwrap();
+        let system = model.assemble(&[x]).unwrap();
+        let options = SolveOptions { n_elastic: 34, shift: None };
+        let dense =
+            crate::modal::solve(&system.stiffness, &system.mass, &DMatrix::zeros(model.dof_map().n_dof(), 6), options)
+                .unwrap();
+        for k in 0..34 {
+            let (a, b) = (found.lambda[k], dense.lambda[k]);
+            assert!((a - b).abs() < 1e-6 * b, "{x}, mode {k}: {a} against {b}");
+        }
+    }
+}
