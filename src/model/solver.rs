@@ -361,11 +361,16 @@ fn explained(model: &dyn ParametricModel, theta: &[f64], error: ModelError) -> M
 
 fn solved(model: &dyn ParametricModel, theta: &[f64], options: SolveOptions) -> Result<Modes, ModelError> {
     let motions = model.dof_map().rigid_motions();
-    if model.dof_map().n_dof() < SPARSE_FROM {
-        let system = model.assemble(theta)?;
-        return Ok(modal::solve(&system.stiffness, &system.mass, &motions, options)?);
+    let n_dof = model.dof_map().n_dof();
+    if n_dof >= SPARSE_FROM {
+        let system = model.assemble_sparse(theta)?;
+        let plan = plan(model, &system)?;
+        let solved = modal::solve_sparse(&plan, &system.stiffness, &system.mass, &motions, options, None);
+        match solved.map_err(ModelError::from) {
+            Err(e) if n_dof < DENSE_BELOW && !is_unstable(&e) => {}
+            solved => return Ok(solved?.0),
+        }
     }
-    let system = model.assemble_sparse(theta)?;
-    let plan = plan(model, &system)?;
-    Ok(modal::solve_sparse(&plan, &system.stiffness, &system.mass, &motions, options, None)?.0)
+    let system = model.assemble(theta)?;
+    Ok(modal::solve(&system.stiffness, &system.mass, &motions, options)?)
 }

@@ -103,9 +103,10 @@ impl<'a> Board<'a> {
     }
 }
 
-/// Takes over what is new or better.
+/// Takes over what is new or better. What leaves the model without a mode that it has for a measured one explains nothing: it has lost data.
 pub(crate) fn merge(stage: &Stage, done: &mut Vec<Refit>, found: Vec<Refit>) {
-    for r in found {
+    let keeps_modes = |r: &Refit| r.fit.unpaired.iter().all(|mode| stage.fit.unpaired.contains(mode));
+    for r in found.into_iter().filter(keeps_modes) {
         match done.iter_mut().find(|d| d.id(&stage.scene) == r.id(&stage.scene)) {
             Some(d) if r.ln_bayes > d.ln_bayes => *d = r,
             Some(_) => {}
