@@ -26,6 +26,8 @@ pub struct NodePosition;
 struct Moved {
     steps: BTreeMap<usize, Vector>,
     room: f64,
+    /// These nodes and those that follow.
+    nodes: HashSet<usize>,
 }
 
 impl Effect for NodePosition {
@@ -60,13 +62,19 @@ impl Effect for NodePosition {
             nodes.into_iter().map(move |at| at.along(direction))
         };
         let all = AXES.into_iter().chain([ALONG]).flat_map(along);
-        all.filter(|at| moved(structure, &frame, at).is_some()).collect()
+        let all: Vec<(Location, Moved)> =
+            all.filter_map(|at| Some((at.clone(), moved(structure, &frame, &at)?))).collect();
+        if all.is_empty() {
+            return Vec::new();
+        }
+        let fixed = structure.model().fixed_places();
+        all.into_iter().filter(|(_, m)| m.nodes.is_disjoint(&fixed)).map(|(at, _)| at).collect()
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
         let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
         let frame = Frame::of(structure);
-        let Moved { steps, room } = moved(structure, &frame, at).ok_or_else(unknown)?;
+        let Moved { steps, room, .. } = moved(structure, &frame, at).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
         let most = (MOST * room).min(SEEN * structure.extent());
         let typical = (USUAL * structure.extent()).min(SMALL * most);
@@ -105,5 +113,5 @@ fn moved(structure: &Structure<'_>, frame: &Frame<'_>, at: &Location) -> Option<
         !frame.follows(*n, &others)
     });
     let leads = at.names.iter().filter_map(node).any(|n| steps.contains_key(&n));
-    (leads && frame.stands_alone(&all, &own)).then_some(Moved { steps, room })
+    (leads && frame.stands_alone(&all, &own)).then_some(Moved { steps, room, nodes: own })
 }

@@ -5,8 +5,10 @@ use crate::element::Dof;
 use crate::linalg::symmetric_eigen;
 use crate::modal::ModalError;
 use crate::model::dependence::interior_point;
+use crate::model::place::riding;
 use crate::model::{ModelError, ParametricModel};
 use crate::yaml::{Problem, child};
+use std::collections::HashSet;
 
 /// A combination of the six rigid motions that strains less than this part of what the stiffest of them does strains nothing.
 const UNSTRAINED: f64 = 1e-10;
@@ -37,11 +39,23 @@ impl Model {
         Ok(least < UNSTRAINED * largest)
     }
 
+    /// Nodes whose places must be numbers: of a structure that moves as a rigid body those that are held or constrained where they stand or do not turn.
+    pub(crate) fn fixed_places(&self) -> HashSet<usize> {
+        if !self.has_rigid_motions().unwrap_or(true) {
+            return HashSet::new();
+        }
+        let riding = riding(&self.spec, &self.geometry, &self.elements);
+        riding.into_iter().filter(|&n| self.has_dofs(n)).collect()
+    }
+
+    fn has_dofs(&self, node: usize) -> bool {
+        Dof::ALL.into_iter().any(|dof| !self.dofs.express(node, dof).is_empty())
+    }
+
     /// What is wrong with a node that a parameter moves and must not.
     pub(super) fn moves_wrongly(&self) -> Result<Option<Problem>, ModelError> {
-        let has_dofs = |n: usize| Dof::ALL.into_iter().any(|dof| !self.dofs.express(n, dof).is_empty());
         let mut riding = self.moved.iter().filter(|(_, m)| m.rides).map(|(n, _)| *n);
-        let Some(node) = riding.find(|&n| has_dofs(n)) else { return Ok(None) };
+        let Some(node) = riding.find(|&n| self.has_dofs(n)) else { return Ok(None) };
         if !self.has_rigid_motions()? {
             return Ok(None);
         }
