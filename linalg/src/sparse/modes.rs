@@ -6,6 +6,7 @@ use super::kernel::{Row, WIDTH};
 use super::lanczos::{Lanczos, Ritz};
 use super::matrix::SparseSym;
 use super::plan::{Ordered, SparsePlan};
+use super::shifted::solve_shifted;
 use crate::{DMatrix, DVector, LinalgError};
 
 /// How to solve a sparse pencil.
@@ -89,20 +90,27 @@ pub fn lowest_sparse_modes(
     let known = search.blocks(known);
     let mut found = search.run(known.0, known.1, start)?;
     // An iteration that has used up the motions with mass finds rounding beyond them, and there is no gap to count in.
-    if options.count && found.count.is_none() && !is_each_a_mode(k, m, &found) {
+    if options.count && found.count.is_none() && !is_each_a_mode(plan, k, m, &found)? {
         return Err(LinalgError::NoConvergence { size: plan.n() });
     }
     found.values.as_mut_slice().iter_mut().for_each(|v| *v = if v.is_finite() { *v } else { f64::MAX });
     Ok(found)
 }
 
-/// Whether each of what was found satisfies K x = λ M x, as far as it has a finite λ.
-fn is_each_a_mode(k: &SparseSym, m: &SparseSym, found: &SparseModes) -> bool {
+/// Whether each of what was found satisfies K x = λ M x, as far as it has a finite λ: x as (λ + a)(K + aM)⁻¹ M x, for motions without mass have no part
+/// in the iteration.
+fn is_each_a_mode(plan: &SparsePlan, k: &SparseSym, m: &SparseSym, found: &SparseModes) -> Result<bool, LinalgError> {
     /// Far above rounding and the tolerance of the iteration, far below what is none.
     const OFF: f64 = 1e-7;
     let finite: Vec<usize> = (0..found.values.len()).filter(|&j| found.values[j].is_finite()).collect();
+    if finite.is_empty() {
+        return Ok(true);
+    }
     let values = DVector::from_iterator(finite.len(), finite.iter().map(|&j| found.values[j]));
-    finite.is_empty() || backward_error(k, m, &values, &found.vectors.select_columns(&finite)) < OFF
+    let inertia = m.mul(&found.vectors.select_columns(&finite));
+    let mut vectors = solve_shifted(plan, k, m, found.shift, &inertia)?;
+    vectors.column_iter_mut().zip(values.iter()).for_each(|(mut x, value)| x *= value + found.shift);
+    Ok(backward_error(k, m, &values, &vectors) < OFF)
 }
 
 /// Blocks beside the wanted modes before the iteration restarts: as many steps as it usually takes, for a restart costs more than a few.
