@@ -196,8 +196,11 @@ impl ModalSolver {
     ) -> Result<(Matrices, Modes), ModelError> {
         let options = SolveOptions { n_elastic, shift: Some(self.shift) };
         if let Some(solved) = &self.sparse {
+            let is_small = model.dof_map().n_dof() < DENSE_BELOW;
             match self.solve_sparse(model, theta, options, solved) {
-                Err(e) if model.dof_map().n_dof() < DENSE_BELOW && !is_unstable(&e) => {}
+                Err(e) if is_small && !is_unstable(&e) => {}
+                // Fewer than were asked for: there are no more, or the iteration has used up the motions with mass before it found them.
+                Ok((_, modes)) if is_small && modes.elastic().len() < n_elastic => {}
                 solved => return solved,
             }
         }
