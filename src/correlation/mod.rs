@@ -56,7 +56,8 @@ pub use mac::{UNSEEN, hide_unseen};
 pub use macco::{SensorRemoval, spoiling_sensors, turned_sensors};
 pub use mapping::{Leftover, MappedPoint, Mapping, MappingOptions, PlaceKind, map_points, place_sensors};
 pub use observe::{
-    check_sensors, observation_matrix, observation_matrix_at, observation_rows, sensor_position, varying_sensors,
+    check_sensors, observation_matrix, observation_matrix_at, observation_rows, read_rows, sensor_position,
+    varying_sensors,
 };
 pub use orthogonality::{auto_orthogonality, cross_orthogonality, generalized_mass};
 pub use pairing::{

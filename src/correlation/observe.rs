@@ -5,6 +5,7 @@ use crate::catalogue::did_you_mean;
 use crate::data::{Place, Sensor};
 use crate::element::Dof;
 use crate::linalg::DMatrix;
+use crate::linalg::vector3::cross;
 use crate::model::{ModelError, ParametricModel, PointMotion, extent};
 use crate::yaml::Problem;
 
@@ -94,6 +95,12 @@ pub fn observation_rows(
     rows(model, sensors, None)
 }
 
+/// What rows of [`observation_rows`] read of vectors, (rows x vectors).
+pub fn read_rows(rows: &[Vec<(usize, f64)>], vectors: &DMatrix<f64>) -> DMatrix<f64> {
+    let read = |row: &[(usize, f64)], k: usize| row.iter().map(|&(dof, factor)| factor * vectors[(dof, k)]).sum();
+    DMatrix::from_fn(rows.len(), vectors.ncols(), |i, k| read(&rows[i], k))
+}
+
 fn rows(
     model: &dyn ParametricModel,
     sensors: &[Sensor],
@@ -108,7 +115,7 @@ fn rows(
             [0.0, 0.0, 0.0, d[0], d[1], d[2]]
         } else {
             // d · (θ × a) = θ · (a × d)
-            let about = [arm[1] * d[2] - arm[2] * d[1], arm[2] * d[0] - arm[0] * d[2], arm[0] * d[1] - arm[1] * d[0]];
+            let about = cross(arm, d);
             [d[0], d[1], d[2], about[0], about[1], about[2]]
         };
         let of = |(list, weight): (&Vec<(usize, f64)>, f64)| -> Vec<(usize, f64)> {

@@ -99,7 +99,6 @@ fn on_nodes(
     if rows.is_empty() {
         return Err(ExportError::NothingStays);
     }
-    let nodes_of: Vec<usize> = map.rows().iter().map(|r| r.0).collect();
     let (matrices, t) = if map.n_dof() <= MOST_DENSE_DOFS {
         let system = model.assemble(theta)?;
         let (k, m) = (&system.stiffness, &system.mass);
@@ -113,6 +112,7 @@ fn on_nodes(
     } else {
         let system = model.assemble_sparse(theta)?;
         let (k, m) = (&system.stiffness, &system.mass);
+        let nodes_of: Vec<usize> = map.rows().iter().map(|r| r.0).collect();
         let t = match how {
             ExportReduction::Guyan => craig_bampton_sparse(k, m, &nodes_of, &rows, 0)?,
             ExportReduction::Serep(n_elastic) => {

@@ -168,7 +168,7 @@ fn what_has_fixed_arms_refuses_a_node_that_moves() {
     refused(
         "rigid_links: {l: {master: c, slaves: [b]}}\nsupports: {p: {node: b, fixed: [uz]}}\n",
         "supports.p",
-        "constrain the master",
+        "hold, link or constrain the master instead",
     );
     refused(
         "rigid_links: {l: {master: c, slaves: [b]}, pin: {master: b, slaves: [a], dofs: [ux, uy, uz]}}\n",

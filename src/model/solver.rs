@@ -196,12 +196,9 @@ impl ModalSolver {
     ) -> Result<(Matrices, Modes), ModelError> {
         let options = SolveOptions { n_elastic, shift: Some(self.shift) };
         if let Some(solved) = &self.sparse {
-            let is_small = model.dof_map().n_dof() < DENSE_BELOW;
-            match self.solve_sparse(model, theta, options, solved) {
-                Err(e) if is_small && !is_unstable(&e) => {}
-                // Fewer than were asked for: there are no more, or the iteration has used up the motions with mass before it found them.
-                Ok((_, modes)) if is_small && modes.elastic().len() < n_elastic => {}
-                solved => return solved,
+            let solved = self.solve_sparse(model, theta, options, solved);
+            if !is_for_dense(model, solved.as_ref().map(|(_, modes)| modes), n_elastic) {
+                return solved;
             }
         }
         let system = model.assemble(theta)?;
@@ -324,6 +321,13 @@ impl ModalSolver {
     }
 }
 
+/// Whether a small model is to be solved by dense matrices after all: the iteration has failed, or has fewer modes than were asked for; then there are
+/// no more, or it has used up the motions with mass before it found them.
+fn is_for_dense(model: &dyn ParametricModel, solved: Result<&Modes, &ModelError>, n_elastic: usize) -> bool {
+    model.dof_map().n_dof() < DENSE_BELOW
+        && solved.map_or_else(|e| !is_unstable(e), |modes| modes.elastic().len() < n_elastic)
+}
+
 /// A structure that is not stable has no modes, whatever the matrices are stored as.
 fn is_unstable(error: &ModelError) -> bool {
     matches!(error, ModelError::Modal(modal::ModalError::Unstable { .. }))
@@ -364,14 +368,13 @@ fn explained(model: &dyn ParametricModel, theta: &[f64], error: ModelError) -> M
 
 fn solved(model: &dyn ParametricModel, theta: &[f64], options: SolveOptions) -> Result<Modes, ModelError> {
     let motions = model.dof_map().rigid_motions();
-    let n_dof = model.dof_map().n_dof();
-    if n_dof >= SPARSE_FROM {
+    if model.dof_map().n_dof() >= SPARSE_FROM {
         let system = model.assemble_sparse(theta)?;
         let plan = plan(model, &system)?;
         let solved = modal::solve_sparse(&plan, &system.stiffness, &system.mass, &motions, options, None);
-        match solved.map_err(ModelError::from) {
-            Err(e) if n_dof < DENSE_BELOW && !is_unstable(&e) => {}
-            solved => return Ok(solved?.0),
+        let solved = solved.map(|(modes, _)| modes).map_err(ModelError::from);
+        if !is_for_dense(model, solved.as_ref(), options.n_elastic) {
+            return solved;
         }
     }
     let system = model.assemble(theta)?;

@@ -39,7 +39,7 @@ pub use prediction::{Prediction, PredictionDerivative};
 pub use real_shapes::real_shapes;
 pub use residual::{RESIDUALS, Residual, Residuals};
 pub(crate) use responses::{direct_responses, loss_factor, silent_functions};
-pub use scaling::{Scaling, matrix_derivatives};
+pub use scaling::Scaling;
 pub use stacked::Stacked;
 pub use starting_point::{is_damped, starting_point};
 pub use statics::static_readings;

@@ -1,8 +1,7 @@
 //! From the unit box of the optimisers to θ.
 
 use crate::linalg::DVector;
-use crate::modal::MatrixDerivative;
-use crate::model::{ModelError, ParametricModel, System};
+use crate::model::ParametricModel;
 
 /// Bounds farther apart than this, both above zero, leave the order of magnitude open.
 const DECADES: f64 = 1000.0;
@@ -79,11 +78,6 @@ impl Scaling {
         (0..self.len()).map(|k| self.decades[k].map_or(self.width[k], |d| d * theta[self.free[k]])).collect()
     }
 
-    /// ∂K/∂θ_j, ∂M/∂θ_j and ∂C/∂θ_j of every free parameter; [`matrix_derivatives`] shows them to the modal kernels.
-    pub fn derivatives(&self, model: &dyn ParametricModel, theta: &[f64]) -> Result<Vec<System>, ModelError> {
-        self.free.iter().map(|&j| model.assemble_derivative(theta, j)).collect()
-    }
-
     /// θ at x.
     pub fn theta(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut theta = self.base.clone();
@@ -128,11 +122,6 @@ impl Scaling {
             }
         })
     }
-}
-
-/// The stiffness and mass of derivatives, as the modal kernels take them.
-pub fn matrix_derivatives(systems: &[System]) -> Vec<MatrixDerivative<'_>> {
-    systems.iter().map(|s| MatrixDerivative { stiffness: &s.stiffness, mass: &s.mass }).collect()
 }
 
 #[cfg(test)]

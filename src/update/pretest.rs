@@ -4,8 +4,8 @@ use super::{ModeName, UpdateError, name_modes, spread_sensors};
 use crate::catalogue::Choice;
 use crate::correlation::{
     CorrelationError, DrivingPoint, Gain, SensorChoice, effective_independence, effective_masses,
-    kinetic_energy_shares, observation_rows, rank_driving_points, rank_next_measurements, sensors_by_auto_mac,
-    sensors_by_kinetic_energy,
+    kinetic_energy_shares, observation_rows, rank_driving_points, rank_next_measurements, read_rows,
+    sensors_by_auto_mac, sensors_by_kinetic_energy,
 };
 use crate::data::Sensor;
 use crate::linalg::DMatrix;
@@ -154,7 +154,7 @@ pub fn pretest(
     }
     let shapes = modes.shapes.select_columns(&targets);
     let s = observation_rows(model, &candidates)?;
-    let phi = read(&s, &shapes);
+    let phi = read_rows(&s, &shapes);
 
     let inertia = matrices.mass_times(&shapes);
     let masses = effective_masses(&shapes, &inertia, &rigid);
@@ -174,7 +174,7 @@ pub fn pretest(
     let n = options.n_sensors.unwrap_or_else(|| (2 * targets.len()).min(candidates.len()));
     let by_independence = effective_independence(&phi, n)?;
     let rows_given = observation_rows(model, given)?;
-    let observed = read(&rows_given, &shapes);
+    let observed = read_rows(&rows_given, &shapes);
     let given_choice = (!given.is_empty()).then(|| {
         let mac = crate::correlation::auto_mac(&observed);
         let off = (0..mac.nrows()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|at| mac[at]).fold(0.0, f64::max);
@@ -199,7 +199,7 @@ pub fn pretest(
         let derivatives = solver.differentiate(model, &matrices, &slopes, &modes, &targets).map_err(|e| failed(&e))?;
         let kept: Vec<_> = by_independence.kept.iter().map(|&c| s[c].clone()).collect();
         let rows_present = if given.is_empty() { &kept } else { &rows_given };
-        let present = read(rows_present, &shapes);
+        let present = read_rows(rows_present, &shapes);
         let mut jacobian: Vec<nalgebra::RowDVector<f64>> = Vec::new();
         let mut gains = vec![DMatrix::zeros(0, scaling.len()); candidates.len()];
         for (k, d) in derivatives.iter().enumerate() {
@@ -214,7 +214,7 @@ pub fn pretest(
             if size == 0.0 || sd == 0.0 {
                 continue;
             }
-            let (d_present, d_candidates) = (read(rows_present, &d.shape), read(&s, &d.shape));
+            let (d_present, d_candidates) = (read_rows(rows_present, &d.shape), read_rows(&s, &d.shape));
             let stretch: Vec<f64> = (0..scaling.len()).map(|j| own.dot(&d_present.column(j)) / size).collect();
             for row in 0..d_present.nrows() {
                 jacobian.push(nalgebra::RowDVector::from_fn(scaling.len(), |_, j| {
@@ -251,11 +251,6 @@ pub fn pretest(
         next,
         parameters: names,
     })
-}
-
-/// What rows read of vectors, (rows x vectors).
-fn read(rows: &[Vec<(usize, f64)>], of: &DMatrix<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(rows.len(), of.ncols(), |i, k| rows[i].iter().map(|&(dof, factor)| factor * of[(dof, k)]).sum())
 }
 
 /// Kinetic energy of the dofs that a candidate reads, (candidates x modes): candidates on one dof of their own only.

@@ -3,7 +3,7 @@
 use crate::args::Sensitivity as Arguments;
 use crate::output::{Failure, print, style, warn};
 use crate::{DONE, files};
-use retune::correlation::observation_rows;
+use retune::correlation::{observation_rows, read_rows};
 use retune::data::TestData;
 use retune::linalg::DMatrix;
 use retune::modal::{SolveOptions, solve};
@@ -97,17 +97,14 @@ fn functions(model: &Model, test: &TestData, found: &Sensitivities, damping: f64
         let count = BEYOND * found.modes.len();
         ModalSolver::new(model, &theta, count)?.solve(model, &theta, count)?
     };
-    let rows = observation_rows(model, &test.sensors)?;
-    let responses = DMatrix::from_fn(rows.len(), modes.len(), |i, r| {
-        rows[i].iter().map(|&(dof, factor)| factor * modes.shapes[(dof, r)]).sum()
-    });
+    let responses = read_rows(&observation_rows(model, &test.sensors)?, &modes.shapes);
     let frequencies: Vec<f64> = found.modes.iter().map(|m| m.frequency_hz).collect();
     let (first, last) = match (frequencies.first(), frequencies.last()) {
         (Some(first), Some(last)) if responses.nrows() > 0 => (0.5 * first, 1.1 * last),
         _ => return Ok(FrfSensitivity { frequencies_hz: Vec::new(), relative: vec![Vec::new(); found.names.len()] }),
     };
     let at = responses.columns(modes.n_rigid, found.modes.len().min(modes.len() - modes.n_rigid));
-    let size = |i: usize| at.row(i).iter().map(|v: &f64| v.abs()).fold(f64::INFINITY, f64::min);
+    let size = |i: usize| at.row(i).iter().map(|v| v.abs()).fold(f64::INFINITY, f64::min);
     let liveliest = (0..at.nrows()).max_by(|&a, &b| size(a).total_cmp(&size(b)).then(b.cmp(&a))).unwrap_or(0);
     let reference = DMatrix::from_rows(&[responses.row(liveliest)]);
     let lines: Vec<f64> = (0..LINES).map(|l| first + (last - first) * l as f64 / (LINES - 1) as f64).collect();

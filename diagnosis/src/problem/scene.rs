@@ -103,10 +103,7 @@ impl Case {
     pub(crate) fn comparison(&self, how: &HowToPair) -> Result<Comparison<'_>, CorrelationError> {
         let known = self.solver.get().or(self.like.as_ref()).cloned();
         let rule = how.rule(&self.test);
-        let made = match &self.stand_in {
-            Some(stand_in) => Comparison::of_stand_in(&**stand_in, &self.test, rule, known)?,
-            None => Comparison::sharing(&*self.model, &self.test, rule, known)?,
-        };
+        let made = Comparison::sharing(self.solved(), &self.test, rule, known)?;
         self.solver.get_or_find(|| made.solver().clone());
         Ok(made)
     }

@@ -29,6 +29,7 @@ use retune::data::{Place, Sensor};
 use retune::effect::Candidate;
 use retune::element::Dof;
 use retune::linalg::sparse::{IndefinitePencil, SparsePlan};
+use retune::linalg::vector3::cross;
 use retune::linalg::{DMatrix, DVector, LinalgError, SymMatrix, tall_take, tall_tr_mul};
 use retune::model::{Change, ChangeAt, MassProperties, Model, ModelError, ParametricModel, Targets};
 use retune::objective::{Comparison, Prediction};
@@ -227,8 +228,8 @@ struct Mounted {
 impl Mounted {
     fn new(model: &Model, sensor: usize, of: &Sensor) -> Option<Self> {
         let Place::Node { node, position: None } = &of.place else { return None };
-        let (dofs, is_turning) = (model.dof_map(), of.is_rotation);
-        let node = dofs.node(node).filter(|_| !is_turning)?;
+        let dofs = model.dof_map();
+        let node = dofs.node(node).filter(|_| !of.is_rotation)?;
         let rotations = [Dof::Rx, Dof::Ry, Dof::Rz].map(|dof| dofs.express(node, dof).to_vec());
         Some(Self { sensor, node, direction: of.direction, rotations })
     }
@@ -314,10 +315,8 @@ impl Adjoint {
             change.moved_nodes().filter_map(|n| Some((n, change.displacement(n, &self.theta, sizes)?[1])))
         {
             for mounted in self.mounted.iter().filter(|m| m.node == node) {
-                let d = mounted.direction;
                 // d · (θ × a) = θ · (a × d)
-                let [x, y, z] = beside;
-                let about = [y * d[2] - z * d[1], z * d[0] - x * d[2], x * d[1] - y * d[0]];
+                let about = cross(beside, mounted.direction);
                 let of = |(list, lever): (&Vec<(usize, f64)>, f64)| -> Vec<(usize, f64)> {
                     list.iter().map(|&(row, factor)| (row, lever * factor)).collect()
                 };

@@ -18,7 +18,7 @@ impl Model {
     ///
     /// # Errors
     /// The model has no matrices.
-    pub(crate) fn has_rigid_motions(&self) -> Result<bool, ModelError> {
+    fn has_rigid_motions(&self) -> Result<bool, ModelError> {
         let mut motions = self.dofs.rigid_motions();
         for mut column in motions.column_iter_mut() {
             let norm = column.norm();
