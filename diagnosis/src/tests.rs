@@ -4,6 +4,7 @@ mod frame;
 mod inside;
 mod large;
 mod meshes;
+mod mixed;
 mod statics;
 mod stores;
 mod tower;

@@ -28,6 +28,13 @@ pub enum At {
     Mode(usize),
     /// Two modes.
     Modes(usize, usize),
+    /// Groups of close modes of a test.
+    Spaces {
+        /// The test, from 0.
+        test: usize,
+        /// The modes of each group.
+        spaces: Vec<Vec<usize>>,
+    },
     /// A sensor as a response of the functions of a test.
     Response {
         /// The sensor.
@@ -73,7 +80,7 @@ impl At {
                 vec![sensor]
             }
             At::Sensors(a, b) => vec![a, b],
-            At::Mode(_) | At::Modes(..) | At::Load { .. } => Vec::new(),
+            At::Mode(_) | At::Modes(..) | At::Spaces { .. } | At::Load { .. } => Vec::new(),
         }
     }
 
@@ -84,9 +91,10 @@ impl At {
 
     /// The modes that it is about.
     pub fn modes(&self) -> Vec<usize> {
-        match *self {
-            At::Mode(m) => vec![m],
-            At::Modes(a, b) => vec![a, b],
+        match self {
+            At::Mode(m) => vec![*m],
+            At::Modes(a, b) => vec![*a, *b],
+            At::Spaces { spaces, .. } => spaces.concat(),
             _ => Vec::new(),
         }
     }
@@ -106,6 +114,7 @@ impl At {
         match *self {
             At::Response { test, .. }
             | At::Reference { test, .. }
+            | At::Spaces { test, .. }
             | At::Load { test, .. }
             | At::StaticReading { test, .. } => Some(test),
             _ => None,
@@ -125,6 +134,10 @@ impl At {
             At::Place { sensor: s, place, offset, name } => At::Place { sensor: sensor(s)?, place, offset, name },
             At::Mode(m) => At::Mode(mode(m)?),
             At::Modes(a, b) => At::Modes(mode(a)?, mode(b)?),
+            At::Spaces { test, spaces } => {
+                let of = |space: Vec<usize>| space.into_iter().map(&mode).collect::<Option<Vec<_>>>();
+                At::Spaces { test, spaces: spaces.into_iter().map(of).collect::<Option<_>>()? }
+            }
             At::Response { sensor: s, test } => At::Response { sensor: sensor(s)?, test },
             At::Reference { sensor: s, test, reference } => At::Reference { sensor: sensor(s)?, test, reference },
             At::Load { test, of } => At::Load { test, of },
@@ -145,6 +158,10 @@ impl At {
             At::Place { sensor, name: place, .. } => format!("{}:{place}", name(*sensor)),
             At::Mode(m) => tests.mode(*m),
             At::Modes(a, b) => format!("{}+{}", tests.mode(*a), tests.mode(*b)),
+            At::Spaces { spaces, .. } => {
+                let of = |space: &Vec<usize>| space.iter().map(|&m| tests.mode(m)).collect::<Vec<_>>().join("+");
+                spaces.iter().map(of).collect::<Vec<_>>().join(", ")
+            }
             At::Reference { sensor, test, reference } => {
                 format!("{}:{}", tests.reference(*test, *reference), name(*sensor))
             }

@@ -16,6 +16,7 @@ mod driving_point;
 mod function_gain;
 mod mode_frequency;
 mod mode_order;
+mod modes_mixed;
 mod placed;
 mod sensor_axis;
 mod sensor_dead;
@@ -35,6 +36,7 @@ mod tests;
 pub use at::At;
 pub use bench::response_of;
 pub use bench::{Bench, SingleTest, Tests};
+pub use modes_mixed::mixture_sd;
 pub use placed::LOOSE;
 pub use placed::{FaultError, PlacedFault};
 
@@ -58,6 +60,7 @@ catalogue! {
     sensor_position::SensorPosition,
     mode_order::ModeOrder,
     mode_frequency::ModeFrequency,
+    modes_mixed::ModesMixed,
     function_gain::FunctionGain,
     driving_point::DrivingPoint,
     static_load::StaticLoad,
@@ -80,6 +83,11 @@ pub trait Fault: fmt::Debug + Send + Sync {
 
     /// What to do about it, as an order to the engineer.
     fn remedy(&self, tests: &dyn Tests, at: &At) -> String;
+
+    /// What it is in a sentence, where nothing is wrong with the measurement: "a mixture of close modes".
+    fn noun(&self) -> Option<&'static str> {
+        None
+    }
 
     /// The number that is estimated with it.
     fn number(&self) -> Number {
@@ -162,18 +170,21 @@ pub enum Number {
     Scatter,
     /// None: the readings are noise about zero, whatever the structure does.
     Silence,
+    /// The coupling of close modes, over their λ, which mixes their shapes by angles that are each ~ N(0, s²) of [`mixture_sd`]: the model's shapes
+    /// are turned to the measured ones, so that the angles follow from every fit.
+    Mixture,
 }
 
 impl Number {
     /// Its value where there is no fault.
     pub fn neutral(self) -> f64 {
-        if matches!(self, Number::Angle { .. }) { 0.0 } else { 1.0 }
+        if matches!(self, Number::Angle { .. } | Number::Mixture) { 0.0 } else { 1.0 }
     }
 
     /// The number of the fault that undoes this one.
     pub fn inverse(self, number: f64) -> f64 {
         match self {
-            Number::Angle { .. } => -number,
+            Number::Angle { .. } | Number::Mixture => -number,
             Number::Factor { .. } | Number::Frequency { .. } | Number::Scatter => number.recip(),
             Number::None | Number::Silence => number,
         }

@@ -8,8 +8,10 @@
 //! B = argmin |T - Φ B|,   B = U S Vᵀ (columns of unit length),   Φ -> Φ Q with Q = U Vᵀ, completed to an orthogonal matrix
 //! ```
 //!
-//! for the test shapes T that Φ, the shapes of the space at the sensors, explains best. Shapes stay mass-normalised, frequencies as
-//! they are. Of a fit, the angles are free numbers as the scales of the shapes are.
+//! for the test shapes T that Φ, the shapes of the space at the sensors, explains best; from there by plane rotations to the least
+//! Σ |W(c φ - t)|², c the free scale of each shape and W the reciprocals of the standard deviations, so that a fit is stationary in
+//! the angles. Shapes stay mass-normalised, frequencies as they are. Of a fit, the angles are free numbers as the scales of the
+//! shapes are.
 //!
 //! # Source
 //! P. H. Schönemann, A generalized solution of the orthogonal Procrustes problem, Psychometrika 31, 1966; for modes: M. I.
@@ -28,6 +30,11 @@ const OCTAVE: f64 = 2.0;
 /// A shape that is smaller at the sensors than this share of the others of its cluster is not turned, nor is a space whose shapes at the
 /// sensors are parallel but for this: the test does not tell by what angle.
 const SEEN: f64 = 1e-3;
+/// Rounds of plane rotations, and the angle, rad, below which nothing is turned any more.
+const ROUNDS: usize = 30;
+const STILL: f64 = 1e-12;
+/// Most that a plane is turned at once, rad.
+const MOST_TURN: f64 = 0.3;
 /// Share of a test shape that a space must explain for its modes to be turned to it.
 const EXPLAINED: f64 = 0.5;
 
@@ -91,22 +98,43 @@ pub(super) fn seen(clusters: Vec<Vec<usize>>, at_sensors: &DMatrix<f64>) -> Vec<
 /// Turns the shapes of a cluster to those of the test.
 ///
 /// * `at_sensors` - elastic shapes at the sensors, (n_sensor x n_elastic)
-/// * `tests` - real test shapes, NaN where not measured, (n_sensor x n_tests)
-pub(super) fn turn(modes: &mut Modes, cluster: &[usize], at_sensors: &DMatrix<f64>, tests: &DMatrix<f64>) {
-    let Some(q) = turning(&at_sensors.select_columns(cluster), tests) else { return };
+/// * `tests` - to which of them they are turned
+///
+/// Returns Q; `None` where they are left as they are.
+pub(super) fn turn(
+    modes: &mut Modes,
+    cluster: &[usize],
+    at_sensors: &DMatrix<f64>,
+    tests: Measured<'_>,
+) -> Option<DMatrix<f64>> {
+    let q = turning(&at_sensors.select_columns(cluster), tests)?;
     let columns: Vec<usize> = cluster.iter().map(|k| modes.n_rigid + k).collect();
-    let turned = modes.shapes.select_columns(&columns) * q;
-    for (k, &column) in columns.iter().enumerate() {
-        modes.shapes.set_column(column, &turned.column(k));
-    }
+    let turned = modes.shapes.select_columns(&columns) * &q;
+    columns.iter().zip(turned.column_iter()).for_each(|(&column, shape)| modes.shapes.set_column(column, &shape));
+    Some(q)
+}
+
+/// Test shapes to which others are turned.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Measured<'a> {
+    /// Real shapes, NaN where not measured, (n_sensor x n_tests).
+    pub(super) shapes: &'a DMatrix<f64>,
+    /// Reciprocals of their standard deviations, of the same shape.
+    pub(super) weights: &'a DMatrix<f64>,
+    /// The columns that count; none for all.
+    pub(super) only: Option<&'a [usize]>,
 }
 
 /// Q of a cluster; `None` where no test shape says how its shapes stand.
 ///
 /// * `seen` - the shapes of the cluster at the sensors
-pub(super) fn turning(seen: &DMatrix<f64>, tests: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let mut found: Vec<(f64, usize, DVector<f64>)> =
-        (0..tests.ncols()).filter_map(|j| explain(seen, tests, j).map(|(share, b)| (share, j, b))).collect();
+pub(super) fn turning(seen: &DMatrix<f64>, measured: Measured<'_>) -> Option<DMatrix<f64>> {
+    let tests = measured.shapes;
+    let counts = |j: &usize| measured.only.is_none_or(|only| only.contains(j));
+    let mut found: Vec<(f64, usize, DVector<f64>)> = (0..tests.ncols())
+        .filter(counts)
+        .filter_map(|j| explain(seen, tests, j).map(|(share, b)| (share, j, b)))
+        .collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     found.truncate(seen.ncols());
     if found.is_empty() {
@@ -114,7 +142,81 @@ pub(super) fn turning(seen: &DMatrix<f64>, tests: &DMatrix<f64>) -> Option<DMatr
     }
     // The test lists its modes by frequency, so the lower one gets the lower frequency of the model.
     found.sort_by_key(|f| f.1);
-    nearest_orthogonal(&DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>()))
+    let columns: Vec<usize> = found.iter().map(|f| f.1).collect();
+    let q = nearest_orthogonal(&DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>()))?;
+    Some(settled(seen, q, measured, &columns))
+}
+
+/// Q turned on to where the shapes fit best, their scales free.
+///
+/// * `columns` - the test shape of each of the first columns of Q
+fn settled(seen: &DMatrix<f64>, mut q: DMatrix<f64>, measured: Measured<'_>, columns: &[usize]) -> DMatrix<f64> {
+    let products: Vec<Products> = columns.iter().map(|&j| Products::new(seen, measured, j)).collect();
+    for _ in 0..ROUNDS {
+        let mut largest: f64 = 0.0;
+        for k in 0..products.len() {
+            for l in k + 1..q.ncols() {
+                let (a, b) = (q.column(k).into_owned(), q.column(l).into_owned());
+                let own = products[k].slopes([&a, &b]);
+                // The other is turned by the same angle: from b towards -a.
+                let other = products.get(l).map_or([0.0; 2], |p| p.slopes([&b, &-&a]));
+                let (slope, curvature) = (own[0] + other[0], own[1] + other[1]);
+                let step = if curvature > 0.0 { -slope / curvature } else { -slope.signum() * MOST_TURN };
+                let angle = if step.is_finite() { step.clamp(-MOST_TURN, MOST_TURN) } else { 0.0 };
+                let (sin, cos) = angle.sin_cos();
+                q.set_column(k, &(&a * cos + &b * sin));
+                q.set_column(l, &(b * cos - a * sin));
+                largest = largest.max(angle.abs());
+            }
+        }
+        if largest < STILL {
+            break;
+        }
+    }
+    q
+}
+
+/// Weighted products of a test shape with the shapes of a cluster.
+struct Products {
+    /// Φᵀ W² t.
+    cross: DVector<f64>,
+    /// Φᵀ W² Φ.
+    own: DMatrix<f64>,
+}
+
+impl Products {
+    fn new(seen: &DMatrix<f64>, measured: Measured<'_>, test: usize) -> Self {
+        let n = seen.ncols();
+        let (mut cross, mut own) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        for i in (0..seen.nrows()).filter(|&i| !measured.shapes[(i, test)].is_nan()) {
+            let w = measured.weights[(i, test)].powi(2);
+            for a in 0..n {
+                cross[a] += w * seen[(i, a)] * measured.shapes[(i, test)];
+                for b in 0..n {
+                    own[(a, b)] += w * seen[(i, a)] * seen[(i, b)];
+                }
+            }
+        }
+        Self { cross, own }
+    }
+
+    /// First and second derivative in θ, at zero, of what the best scale leaves of the test shape, less the shape itself:
+    ///
+    /// ```text
+    /// f = -(x·v)²/(vᵀ G v),   v = a cos θ + b sin θ,   x = Φᵀ W² t,   G = Φᵀ W² Φ
+    /// ```
+    fn slopes(&self, [a, b]: [&DVector<f64>; 2]) -> [f64; 2] {
+        let (n, dn) = (self.cross.dot(a), self.cross.dot(b));
+        let ga = &self.own * a;
+        let (d, ab, bb) = (a.dot(&ga), b.dot(&ga), b.dot(&(&self.own * b)));
+        if d <= 0.0 {
+            return [0.0; 2];
+        }
+        let (dd, ddd) = (2.0 * ab, 2.0 * (bb - d));
+        let (top, dtop, ddtop) = (n * n, 2.0 * n * dn, 2.0 * (dn * dn - n * n));
+        let slope = (dtop * d - top * dd) / (d * d);
+        [-slope, -((ddtop * d - top * ddd) / (d * d) - 2.0 * dd * slope / d)]
+    }
 }
 
 /// How much of a test shape the cluster explains, and by which combination of unit length.

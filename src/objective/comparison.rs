@@ -1,16 +1,17 @@
 //! A model and a test made comparable: sensors as rows, real test shapes, which modes to compute, and what is predicted of them.
 
 use super::EvalError;
-use super::close_modes::{Closeness, DOUBLE, clusters, seen, turn};
+use super::close_modes::{Closeness, DOUBLE, Measured, clusters, seen, turn};
 use super::followed::Followed;
 use super::prediction::{Prediction, PredictionDerivative};
 use super::real_shapes::real_shapes;
 use super::recent::Recent;
 use super::responses::FrfRows;
+use super::spaces::{spaces, turn_space};
 use super::starting_point::starting_point;
 use super::static_loads::loads;
 use crate::correlation::{
-    CorrelationError, ModeList, PairingOptions, Plan, hide_unseen, mac_matrix, observation_matrix,
+    CorrelationError, ModeList, PairedModes, PairingOptions, Plan, hide_unseen, mac_matrix, observation_matrix,
     observation_matrix_at, pair_alike_modes, varying_sensors,
 };
 use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
@@ -33,8 +34,12 @@ pub struct Comparison<'a> {
     n_elastic: usize,
     /// Real test shapes as columns, NaN where not measured; a mode without a shape is all NaN.
     shapes: DMatrix<f64>,
+    /// Reciprocals of their standard deviations; 1 of a shape that has none.
+    weights: DMatrix<f64>,
     frequencies: Vec<f64>,
     families: Vec<Option<String>>,
+    /// Test modes that are one space.
+    spaces: Vec<Vec<usize>>,
     pairing: PairingOptions,
     /// What is settled about the test modes.
     plans: Vec<Plan>,
@@ -137,9 +142,11 @@ impl<'a> Comparison<'a> {
             varying,
             solver,
             n_elastic,
+            weights: weights(test, &shapes),
             shapes,
             frequencies,
             families,
+            spaces: spaces(test),
             pairing,
             plans,
             loads,
@@ -283,22 +290,37 @@ impl<'a> Comparison<'a> {
             let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
             clusters = seen(clusters, &at_sensors);
             for cluster in &clusters {
-                turn(&mut modes, cluster, &at_sensors, &self.shapes);
+                turn(&mut modes, cluster, &at_sensors, self.measured(None));
             }
             families = self.families_of(&modes);
         }
         let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         hide_unseen(&mut at_sensors);
-        let mac = mac_with(&at_sensors, &self.shapes);
-        let likeness = self.followed.likeness(&mac, &modes);
-        let pairs = pair_alike_modes(
-            &mac,
-            likeness.as_ref().unwrap_or(&mac),
-            &ModeList { frequencies_hz: &frequencies_hz, labels: &[], families: &families },
-            &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
-            &self.pairing,
-            &self.plans,
-        );
+        let mut mac = mac_with(&at_sensors, &self.shapes);
+        let mut pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
+        let mut turns = Vec::new();
+        for space in &self.spaces {
+            let partner = |&m: &usize| pairs.pairs.iter().find(|p| p.experimental == m).map(|p| p.analytical);
+            let mut partners: Vec<usize> = space.iter().filter_map(partner).collect();
+            // What is close enough to be one space in any case stays with it.
+            let is_shared = |cluster: &Vec<usize>| cluster.iter().any(|k| partners.contains(k));
+            let shared: Vec<usize> = clusters.iter().filter(|c| is_shared(c)).flatten().copied().collect();
+            partners.extend(shared);
+            partners.sort_unstable();
+            partners.dedup();
+            let measured = self.measured(Some(space));
+            let Some(turn) = turn_space(&mut modes, partners, &at_sensors, measured) else { continue };
+            clusters.retain(|c| !c.iter().any(|k| turn.cluster.contains(k)));
+            clusters.push(turn.cluster.clone());
+            turns.push(turn);
+        }
+        if !turns.is_empty() {
+            families = self.families_of(&modes);
+            at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+            hide_unseen(&mut at_sensors);
+            mac = mac_with(&at_sensors, &self.shapes);
+            pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
+        }
         let mass_properties =
             self.model.mass_properties(theta).map_err(|e| EvalError::Unsolvable { reason: e.to_string() })?;
         let sensors = match sensors {
@@ -313,11 +335,31 @@ impl<'a> Comparison<'a> {
             sensors,
             families,
             clusters,
+            turns,
             mac,
             pairs,
             mass_properties,
             responses: Once::new(),
         })
+    }
+
+    /// Pairs of elastic modes with test modes.
+    fn pair(
+        &self,
+        mac: &DMatrix<f64>,
+        modes: &Modes,
+        frequencies_hz: &[f64],
+        families: &[Option<String>],
+    ) -> PairedModes {
+        let likeness = self.followed.likeness(mac, modes);
+        pair_alike_modes(
+            mac,
+            likeness.as_ref().unwrap_or(mac),
+            &ModeList { frequencies_hz, labels: &[], families },
+            &ModeList { frequencies_hz: &self.frequencies, labels: &[], families: &self.families },
+            &self.pairing,
+            &self.plans,
+        )
     }
 
     /// The observation matrix at θ.
@@ -371,6 +413,16 @@ impl<'a> Comparison<'a> {
             Ok((at(above)? - at(below)?) / (above - below))
         };
         free.iter().map(slope).collect()
+    }
+
+    /// The test shapes, or some of them, to which those of the model are turned.
+    pub(super) fn measured<'b>(&'b self, only: Option<&'b [usize]>) -> Measured<'b> {
+        Measured { shapes: &self.shapes, weights: &self.weights, only }
+    }
+
+    /// Whether modes of the test are one space, as it says.
+    pub(super) fn has_spaces(&self) -> bool {
+        !self.spaces.is_empty()
     }
 
     /// Which modes of the model are turned to the test.
@@ -476,12 +528,30 @@ impl<'a> Comparison<'a> {
         let mut together = in_clusters(&together)?.into_iter();
         let next = |place: &Option<_>| if place.is_some() { together.next() } else { alone.next() };
         let mut all: Vec<Option<ModeDerivative>> = places.iter().map(next).map(Option::flatten).collect();
+        // Those of a space have their slopes as they were before they were turned.
+        for turn in &p.turns {
+            let before = turn.undone(&p.modes);
+            let each: Vec<(Vec<usize>, usize)> = (0..turn.cluster.len()).map(|k| (of(&turn.cluster), k)).collect();
+            let found = self.solver.differentiate_in_clusters(self.model, &p.matrices, slopes, &before, &each)?;
+            let Some(found) = found.into_iter().collect::<Option<Vec<_>>>() else { continue };
+            for (&mode, derivative) in turn.cluster.iter().zip(turn.derivatives(&found)) {
+                if let Some(k) = modes.iter().position(|&m| m == mode) {
+                    all[k] = Some(derivative);
+                }
+            }
+        }
         for (&mode, derivative) in modes.iter().zip(&mut all).filter(|(_, d)| d.is_none()) {
             let Some(twin) = twin(mode) else { continue };
             *derivative = in_clusters(&[beside(mode, twin)])?.pop().flatten();
         }
         Ok(all)
     }
+}
+
+/// Reciprocals of the standard deviations of test shapes.
+fn weights(test: &TestData, shapes: &DMatrix<f64>) -> DMatrix<f64> {
+    let sd = |i: usize, j: usize| test.modes[j].shape_sd.as_ref().map_or(1.0, |sd| sd[i]);
+    DMatrix::from_fn(shapes.nrows(), shapes.ncols(), |i, j| sd(i, j).recip())
 }
 
 /// The symmetry of a test mode: as its label tells, unless the pairing has found that it is wrong.

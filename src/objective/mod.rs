@@ -19,6 +19,7 @@ mod recent;
 pub mod residual;
 mod responses;
 mod scaling;
+mod spaces;
 mod stacked;
 mod starting_point;
 mod static_loads;

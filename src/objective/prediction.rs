@@ -1,5 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
+use super::spaces::Turn;
 use crate::correlation::{ModePair, PairedModes};
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::Modes;
@@ -27,6 +28,8 @@ pub struct Prediction {
     pub families: Vec<Option<String>>,
     /// Elastic modes so close that only the space of each run of them is determined; their shapes are those nearest the test.
     pub clusters: Vec<Vec<usize>>,
+    /// Those of the clusters that the test says are one space, with what they were turned by.
+    pub(super) turns: Vec<Turn>,
     /// MAC, rows elastic modes, columns test modes; zero where a test mode has no shape or is aside ([`super::Comparison::mac_of_all`]).
     pub mac: DMatrix<f64>,
     /// Pairs of elastic modes (analytical) with test modes (experimental).
@@ -68,6 +71,7 @@ impl Prediction {
             sensors: None,
             families: Vec::new(),
             clusters: Vec::new(),
+            turns: Vec::new(),
             mac,
             pairs: PairedModes::default(),
             mass_properties: None,
@@ -86,6 +90,12 @@ impl Prediction {
     /// The elastic mode paired with a test mode, and the pair's position.
     pub fn partner(&self, test_mode: usize) -> Option<usize> {
         self.pairs.pairs.iter().find(|p| p.experimental == test_mode).map(|p| p.analytical)
+    }
+
+    /// The angle by which the partners of two test modes of one [space](crate::data::TestMode::space) were turned to them, rad, from 0 to π/2.
+    pub fn mixture(&self, a: usize, b: usize) -> Option<f64> {
+        let (a, b) = (self.partner(a)?, self.partner(b)?);
+        self.turns.iter().find_map(|turn| turn.angle(a, b))
     }
 
     /// Angles by which the model's shapes were turned to the measured ones: t(t - 1)/2 + t(m - t) for a cluster of m modes of which

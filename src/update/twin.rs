@@ -14,7 +14,7 @@ use crate::correlation::{CorrelationError, observation_matrix_at, rank_driving_p
 use crate::data::{Channel, FrfQuantity, FrfSet, Measured, Origin, Place, Sensor, Standing, TestData, TestMode};
 use crate::element::Dof;
 use crate::fault::FaultError;
-use crate::linalg::{Complex, DVector};
+use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
 use crate::model::{ModelError, ParametricModel, solve_modes, spread};
 use crate::optim::Draw;
@@ -245,26 +245,29 @@ pub fn twin_modes(
 ) -> Result<TestData, TwinError> {
     check(options, sensors)?;
     let modes = modes_of(model, theta, options)?;
-    let faults = Inflicted::new(model, sensors, &options.faults, options.n_modes)?;
-    let at = faults.observe(model, theta, sensors)? * &modes.shapes;
+    let (low, high) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
+    let stated = observation_matrix_at(model, sensors, theta)? * &modes.shapes;
+    // What no sensor sees but for rounding is not measured.
+    let is_seen = |at: &DMatrix<f64>, r: usize| {
+        sensors.is_empty() || at.column(r).amax() >= UNSEEN * modes.shapes.column(r).amax()
+    };
+    let in_band = |r: &usize| (low..=high).contains(&modes.frequency_hz(*r));
+    let listed = modes.elastic().skip(modes.n_mechanism).filter(in_band).filter(|&r| is_seen(&stated, r));
+    let listed: Vec<usize> = listed.take(options.n_modes).collect();
+    let frequencies_hz: Vec<f64> = listed.iter().map(|&r| modes.frequency_hz(r)).collect();
+    let faults = Inflicted::new(model, sensors, &options.faults, &frequencies_hz)?;
+    let mut at = faults.observe(model, theta, sensors)? * &modes.shapes;
+    faults.mix(&mut at, &listed, &frequencies_hz);
     let named = name_modes(model, theta, &modes)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     rng.set_stream(MODES_STREAM);
     let origin = Origin::Synthetic(origin.to_string());
-    let (low, high) = options.band_hz.unwrap_or((0.0, f64::INFINITY));
     let has_names = model.mirror().is_some();
     let ratios = damping(model, theta, &modes, options.damping)?.ratios;
     let mut out = Vec::new();
-    for r in modes.elastic().skip(modes.n_mechanism) {
+    for r in listed.into_iter().filter(|&r| is_seen(&at, r)) {
         let f = modes.frequency_hz(r);
-        if f < low || f > high || out.len() >= options.n_modes {
-            continue;
-        }
         let column = at.column(r);
-        // What no sensor sees but for rounding is not measured.
-        if !sensors.is_empty() && column.amax() < UNSEEN * modes.shapes.column(r).amax() {
-            continue;
-        }
         let largest = column.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         let scale = if largest == 0.0 { 1.0 } else { largest };
         let frequency = f * (1.0 + options.frequency_noise * rng.normal());
@@ -285,6 +288,7 @@ pub fn twin_modes(
             shape_origin: is_visible.then(|| origin.clone()),
             components: Vec::new(),
             standing: Standing::Open,
+            space: None,
         });
     }
     if out.is_empty() {
@@ -346,7 +350,9 @@ pub fn twin_frfs(
     let modes = modes(model, theta, MOST_MODES)?;
     let exciters = frf.exciters.iter().map(|name| index(sensors, name)).collect::<Result<Vec<_>, _>>()?;
     let forces: Vec<Sensor> = exciters.iter().map(|&i| sensors[i].clone()).collect();
-    let faults = Inflicted::new(model, sensors, &options.faults, MOST_MODES)?;
+    let listed = modes.elastic().skip(modes.n_mechanism);
+    let frequencies_hz: Vec<f64> = listed.map(|r| modes.frequency_hz(r)).collect();
+    let faults = Inflicted::new(model, sensors, &options.faults, &frequencies_hz)?;
     let responses = faults.observe(model, theta, sensors)?;
     let acting: Vec<Sensor> = exciters.iter().map(|&i| sensors[faults.acts_at(i)].clone()).collect();
     let references = observation_matrix_at(model, &acting, theta)?;

@@ -111,6 +111,7 @@ impl ModalSet {
                 shape_origin: has_shape.then(|| origin.clone()),
                 components: Vec::new(),
                 standing: Standing::Open,
+                space: None,
             }
         };
         self.modes.iter().map(mode).collect()

@@ -230,6 +230,8 @@ pub struct TestMode {
     pub components: Vec<ShapeComponent>,
     /// What it is taken for.
     pub standing: Standing,
+    /// Modes of one name here are close ones whose shapes are mixtures: what they span is compared, not each shape alone.
+    pub space: Option<String>,
 }
 
 /// A mass property that can be measured.

@@ -252,6 +252,10 @@ pub struct ModeSpec {
     /// `true` for a mode that is not of the structure: of a suspension, a shaker, a neighbour.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub foreign: bool,
+    /// A name that close modes share whose shapes are mixtures, as small imperfections of a structure mix them: the model's shapes are compared
+    /// with the space that they span together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub space: Option<String>,
 }
 
 fn yes() -> bool {
@@ -500,6 +504,7 @@ impl Reader<'_> {
             shape_origin,
             components,
             standing,
+            space: m.space.clone(),
         }
     }
 }
@@ -592,6 +597,9 @@ mass_properties:
             let (again, _) = read_test(&write_test(&data)).unwrap();
             assert_eq!(again.modes[0].standing, standing, "{keys}, written");
         }
+        let (data, _) = read_test(&with("space: bending")).unwrap();
+        assert_eq!(data.modes[0].space.as_deref(), Some("bending"));
+        assert_eq!(read_test(&write_test(&data)).unwrap().0.modes[0].space, data.modes[0].space);
         for (keys, text) in [
             ("pair_with: 0", "numbered from 1"),
             ("pair_with: -2", "numbered from 1"),

@@ -54,6 +54,7 @@ mod tests {
             shape_origin: None,
             components: Vec::new(),
             standing: crate::data::Standing::Open,
+            space: None,
         }
     }
 

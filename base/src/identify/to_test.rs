@@ -69,6 +69,7 @@ pub fn test_modes(modes: &[IdentifiedMode], origin: &Origin) -> Vec<TestMode> {
             shape_origin: Some(origin.clone()),
             components: Vec::new(),
             standing: Standing::Open,
+            space: None,
         }
     };
     modes.iter().map(mode).collect()
@@ -203,6 +204,7 @@ pub fn peak_modes(peaks: &[SpectrumPeak], origin: &Origin) -> Vec<TestMode> {
         shape_origin: None,
         components: Vec::new(),
         standing: Standing::Open,
+        space: None,
     };
     peaks.iter().map(mode).collect()
 }
@@ -235,6 +237,7 @@ mod tests {
             shape_origin: None,
             components: Vec::new(),
             standing: Standing::Open,
+            space: None,
         }];
         add_repeatability(&mut modes, 0.6e-3);
         assert!((modes[0].frequency_hz.sd - 0.05).abs() < 1e-15);

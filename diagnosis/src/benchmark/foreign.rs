@@ -30,6 +30,7 @@ pub fn foreign_mode(test: &TestData, rng: &mut impl Draw, frequency_noise: f64, 
         shape_origin: Some(origin),
         components: Vec::new(),
         standing: Standing::Open,
+        space: None,
     }
 }
 

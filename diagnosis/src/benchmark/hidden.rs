@@ -9,13 +9,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use retune::data::{MassProperty, MassQuantity, Measured, Origin, TestData};
 use retune::effect::Candidate;
-use retune::fault::{Number, PlacedFault};
+use retune::fault::{At, Bench, Number, PlacedFault, SingleTest};
 use retune::linalg::Complex;
 use retune::model::spec::{ModelSpec, OverrideSpec};
 use retune::model::{Model, ParametricModel};
 use retune::optim::Draw;
 use retune::units::Scalar;
-use retune::update::{TwinOptions, twin_modes};
+use retune::update::{TwinFault, TwinOptions, twin_modes};
 
 /// Relative standard deviation of the weighing.
 const MASS_NOISE: f64 = 0.005;
@@ -23,6 +23,8 @@ const MASS_NOISE: f64 = 0.005;
 const NOISY: f64 = 6.0;
 /// The angle of turned sensors, rad.
 pub(super) const TURN: f64 = 0.35;
+/// The coupling of close modes over λ: of 1 % apart it turns the shapes by 15 degrees.
+const MIXED: f64 = 0.005;
 
 /// Changes that no effect of the catalogue makes.
 pub(super) const OUTSIDE: &[&str] =
@@ -97,6 +99,13 @@ impl Specimen {
             seed,
             ..TwinOptions::default()
         };
+        let options = match hidden {
+            Hidden::Fault(fault) if fault.number() == Number::Mixture => {
+                let faults = self.mixtures(fault, &truth, &values, &options)?;
+                TwinOptions { faults, ..options }
+            }
+            _ => options,
+        };
         let mut test =
             twin_modes(&truth, &values, &sensors, &options, "twin of the diagnosis benchmark").map_err(unsolvable)?;
         for mode in &mut test.modes {
@@ -119,6 +128,22 @@ impl Specimen {
             spoil(&mut test, fault, plan, &mut rng(seed, 15));
         }
         Ok(Truth { test, structure: truth, theta, sizes })
+    }
+
+    /// A fault of modes that are mixed, which acts on shapes before they are scaled, where this twin has close ones.
+    fn mixtures(
+        &self,
+        fault: &PlacedFault,
+        truth: &Model,
+        values: &[f64],
+        options: &TwinOptions,
+    ) -> Result<Vec<TwinFault>, DiagnosisError> {
+        let exact = TwinOptions { frequency_noise: 0.0, shape_noise: 0.0, ..options.clone() };
+        let clean = twin_modes(truth, values, &self.sensors, &exact, "for its close modes").map_err(unsolvable)?;
+        let tests = SingleTest::new(&clean);
+        let places = fault.fault.places(&Bench { tests: &tests, positions: None, nodes: Vec::new() });
+        let id = |at: At| PlacedFault::new(fault.fault, at).id(&tests);
+        Ok(places.into_iter().map(|at| TwinFault::new(&id(at)).with(MIXED)).collect())
     }
 
     /// The refined structure with a change that is not in the catalogue.
@@ -218,7 +243,8 @@ fn spoil(test: &mut TestData, fault: &PlacedFault, plan: &Plan, rng: &mut ChaCha
         Number::None => fault.put_into(test, fault.number().neutral()),
         Number::Factor { .. } => fault.put_into(test, either(0.7, 1.4)),
         Number::Frequency { .. } => fault.put_into(test, either(0.95, 1.05)),
-        Number::Angle { .. } => {}
+        // Where the sensors are and how modes are mixed was decided when they were measured.
+        Number::Angle { .. } | Number::Mixture => {}
         Number::Scatter | Number::Silence => {
             let is_dead = fault.number() == Number::Silence;
             let s = fault.at.sensor();

@@ -38,6 +38,8 @@ pub(crate) struct Fit {
     pub(crate) aside: Vec<bool>,
     /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
     pub(crate) turned: Vec<(usize, usize)>,
+    /// Of those that the test says are one space, with the angle, rad.
+    pub(crate) mixed: Vec<(usize, usize, f64)>,
     /// Frequencies of modes that each test should have seen, Hz.
     pub(crate) missed: Vec<Vec<f64>>,
 }
@@ -74,6 +76,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut unpaired = Vec::new();
     let mut aside = vec![false; m];
     let mut turned = Vec::new();
+    let mut mixed = Vec::new();
     let mut unseen = Vec::new();
     for part in &posed.parts {
         let prediction = part.comparison.predict(&theta)?;
@@ -83,7 +86,11 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
             let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
             let own: Vec<usize> = (0..n_own).filter(is_in).map(|k| part.first_mode + k).collect();
             let pairs = own.iter().enumerate().flat_map(|(i, &a)| own[i + 1..].iter().map(move |&b| (a, b)));
-            turned.extend(pairs);
+            for (a, b) in pairs {
+                turned.push((a, b));
+                let angle = prediction.mixture(a - part.first_mode, b - part.first_mode);
+                mixed.extend(angle.map(|angle| (a, b, angle)));
+            }
         }
         for (k, tested) in part.comparison.test().modes.iter().enumerate() {
             let mode = part.first_mode + k;
@@ -126,6 +133,7 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         unpaired,
         aside,
         turned,
+        mixed,
         missed: unseen,
     })
 }
@@ -166,9 +174,16 @@ impl Fit {
         (norm > 0.0).then(|| v / norm)
     }
 
-    /// The direction of the free angle between two shapes: c_a φ_b/σ in the rows of a, -c_b φ_a/σ in those of b, with the scales c
-    /// of the shapes.
+    /// The direction of the free angle between two shapes.
     fn angle_direction(&self, a: usize, b: usize) -> Option<DVector<f64>> {
+        let v = self.angle_slope(a, b);
+        let norm = v.norm();
+        (norm > 0.0).then(|| v / norm)
+    }
+
+    /// The slope of the rows, without their weight, in the angle between two shapes: c_a φ_b/σ in the rows of a, -c_b φ_a/σ in those of b, with
+    /// the scales c of the shapes.
+    pub(crate) fn angle_slope(&self, a: usize, b: usize) -> DVector<f64> {
         let scale = |m: usize| {
             let (mut cross, mut own) = (0.0, 0.0);
             for s in 0..self.rows.n_sensors {
@@ -184,8 +199,7 @@ impl Fit {
             v[self.rows.shape(a, s)] = ca * self.shapes[(s, b)] * self.inverse_sd[(s, a)];
             v[self.rows.shape(b, s)] = -cb * self.shapes[(s, a)] * self.inverse_sd[(s, b)];
         }
-        let norm = v.norm();
-        (norm > 0.0).then(|| v / norm)
+        v
     }
 
     /// ln det H and the inverse of H.

@@ -71,7 +71,7 @@ pub(crate) fn when_corrected(scene: &Scene, base: &Fit, weight: f64, faults: &[P
     faults
         .par_iter()
         .enumerate()
-        .filter(|(_, fault)| matches!(fault.number(), Number::None | Number::Frequency { .. }))
+        .filter(|(_, fault)| matches!(fault.number(), Number::None | Number::Frequency { .. } | Number::Mixture))
         .filter_map(|(index, fault)| {
             let corrected = scene.corrected(fault, fault.number().neutral());
             let comparisons = corrected.comparisons().ok()?;

@@ -123,7 +123,8 @@ fn trace(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Option<T
     let number = fault.number();
     let is_of_functions = !fault.at.is_of_channels() && fault.at.modes().is_empty();
     match number {
-        Number::None if is_of_functions => return of_functions(scene, fit, weight, fault).ok(),
+        Number::Mixture => return when_taken_out(scene, fit, weight, fault).ok(),
+        Number::None if is_of_functions => return when_taken_out(scene, fit, weight, fault).ok(),
         Number::Factor { .. } | Number::Angle { .. } if is_of_functions || scene.has_functions() => {
             return number_slope(scene, fit, weight, fault, number.neutral()).ok().map(Trace::Free);
         }
@@ -194,8 +195,8 @@ fn of_frequency(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> O
     fault.at.modes().iter().all(|&m| fit.frequencies[m].is_finite()).then_some(Trace::Free(delta))
 }
 
-/// What a fault of frequency responses changes in them.
-fn of_functions(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Result<Trace, DiagnosisError> {
+/// What the rows become without a fault, at the parameters of a fit.
+fn when_taken_out(scene: &Scene, fit: &Fit, weight: f64, fault: &PlacedFault) -> Result<Trace, DiagnosisError> {
     let delta = corrected_rows(scene, fit, weight, fault, fault.number().neutral())? - &fit.r;
     Ok(Trace::Fixed(of_measured(fit, delta)))
 }

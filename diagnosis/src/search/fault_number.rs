@@ -9,7 +9,7 @@ use crate::problem::scene::Scene;
 use crate::screen::stage::Stage;
 use crate::screen::traces::{FaultScore, number_slope};
 use crate::thresholds::{NINETY, OTHERS_TELL};
-use retune::fault::{LOOSE, Number, PlacedFault, response_of};
+use retune::fault::{LOOSE, Number, PlacedFault, mixture_sd, response_of};
 use retune::linalg::DVector;
 
 /// Most that a sensor is turned in a round, rad.
@@ -30,19 +30,20 @@ pub(crate) fn refit_fault(
     let scene = stage.scene.corrected(fault, score.number);
     let fit = fit_by(&scene, &[starts], in_full(1, 1, stage.effort()), stage.weight)?;
     let mut found = Numbered { stage, fault, number: score.number, scene, fit };
-    let Told { ln_number, estimate, silent } = match fault.number() {
+    let Told { ln_number, estimates, silent } = match fault.number() {
         Number::None => Told::default(),
         Number::Factor { sd } => found.factor(sd)?,
         Number::Angle { sd } => found.angle(sd)?,
         Number::Frequency { sd } => found.frequency(sd)?,
         Number::Scatter => found.scatter()?,
         Number::Silence => found.silence(),
+        Number::Mixture => found.mixture(),
     };
     let Numbered { scene, fit, .. } = found;
     Ok(Refit {
         tried: Tried::Fault(fault.clone()),
         ln_bayes: ln_evidence(&fit)? + ln_number - base,
-        estimates: estimate.into_iter().collect(),
+        estimates,
         held_out: held_out_in_all(&fit, stage.weight)?,
         misfit: fit.misfit + silent,
         missed: 0,
@@ -58,7 +59,7 @@ pub(crate) fn refit_fault(
 struct Told {
     /// Of its prior and its width, or of what its likelihood costs.
     ln_number: f64,
-    estimate: Option<Estimate>,
+    estimates: Vec<Estimate>,
     /// Σ (reading/σ)² of readings that are taken for noise.
     silent: f64,
 }
@@ -144,8 +145,8 @@ impl Numbered<'_> {
         if self.number < 0.0 {
             ln_number -= std::f64::consts::LN_2 + 0.5 * sd.powi(-2);
         }
-        let estimate = Some(estimate("gain", self.number, "1", self.number.abs() / h.sqrt()));
-        Ok(Told { ln_number, estimate, silent: 0.0 })
+        let estimates = vec![estimate("gain", self.number, "1", self.number.abs() / h.sqrt())];
+        Ok(Told { ln_number, estimates, silent: 0.0 })
     }
 
     fn angle(&mut self, sd: f64) -> Result<Told, DiagnosisError> {
@@ -160,7 +161,7 @@ impl Numbered<'_> {
         let h = self.slope()?.norm_squared() + sd.powi(-2);
         let ln_number = -cost_of_number(self.number, sd, h);
         let estimate = estimate("angle", self.number.to_degrees(), "deg", h.powf(-0.5).to_degrees());
-        Ok(Told { ln_number, estimate: Some(estimate), silent: 0.0 })
+        Ok(Told { ln_number, estimates: vec![estimate], silent: 0.0 })
     }
 
     /// A frequency that the model tells from all other data.
@@ -185,7 +186,7 @@ impl Numbered<'_> {
         let (_, covariance) = self.fit.hessian()?;
         let sd_hz = slope.dot(&(covariance * &slope)).sqrt() * LOOSE * known.sd / self.number / w;
         let estimate = estimate("frequency", self.fit.frequencies[m], "Hz", sd_hz);
-        Ok(Told { ln_number: -cost_of_number(self.number.ln(), sd, h), estimate: Some(estimate), silent: 0.0 })
+        Ok(Told { ln_number: -cost_of_number(self.number.ln(), sd, h), estimates: vec![estimate], silent: 0.0 })
     }
 
     /// A factor κ on standard deviations: the root mean square of the residuals.
@@ -201,16 +202,31 @@ impl Numbered<'_> {
         let sd = self.number / (2.0 * m + 1.0).sqrt();
         Ok(Told {
             ln_number,
-            estimate: Some(estimate("factor on the standard deviation", self.number, "1", sd)),
+            estimates: vec![estimate("factor on the standard deviation", self.number, "1", sd)],
             silent: 0.0,
         })
+    }
+
+    /// The angles by which the shapes of close modes are mixed, each with its prior.
+    fn mixture(&self) -> Told {
+        let (test, weight) = (&self.stage.scene.test, self.stage.weight);
+        let own = self.fault.at.modes();
+        let mut told = Told::default();
+        for &(a, b, angle) in self.fit.mixed.iter().filter(|(a, b, _)| own.contains(a) && own.contains(b)) {
+            let sd = mixture_sd(test, a, b);
+            let h = weight * weight * self.fit.angle_slope(a, b).norm_squared() + sd.powi(-2);
+            told.ln_number -= cost_of_number(angle, sd, h);
+            let name = format!("angle of modes {}+{}", a + 1, b + 1);
+            told.estimates.push(estimate(&name, angle.to_degrees(), "deg", h.powf(-0.5).to_degrees()));
+        }
+        told
     }
 
     /// Readings as noise about zero.
     fn silence(&self) -> Told {
         let own: f64 = self.readings().iter().map(|r| r.measured * r.measured).sum();
         let functions = dead_functions(&self.stage.scene, self.fault);
-        Told { ln_number: -(0.5 * own + functions), estimate: None, silent: own / self.stage.weight.powi(2) }
+        Told { ln_number: -(0.5 * own + functions), estimates: Vec::new(), silent: own / self.stage.weight.powi(2) }
     }
 }
 

@@ -7,6 +7,7 @@
 
 pub(crate) mod basin;
 pub(crate) mod board;
+pub(crate) mod fault_first;
 pub(crate) mod fault_number;
 pub(crate) mod hypothesis;
 pub(crate) mod joint;

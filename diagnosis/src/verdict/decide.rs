@@ -27,8 +27,9 @@ use crate::result::{Diagnosis, HypothesisResult, Kind, Together, Verdict};
 use crate::screen::noise::{whiteness, worst_shape};
 use crate::screen::stage::Stage;
 use crate::search::board::{Refits, merge};
+use crate::search::fault_first::fault_first;
 use crate::search::hypothesis::{Refit, Tried, without_between};
-use crate::search::joint::together;
+use crate::search::joint::{WithFirst, together};
 use crate::search::pairs::{Pair, pair};
 use crate::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
 use crate::search::remainder::{Remainder, is_noise, place_of, remains};
@@ -168,8 +169,8 @@ fn conclude_once(
     let told = warnings(base, &named, best);
     let noise = (base.noise_factor() > MOST_NOISE).then(|| base.noise_factor());
     let mut sentence = match (&pair, &chain, verdict) {
-        (Some(pair), ..) => of_two(pair, &hypotheses),
-        (None, Some(chain), _) => of_several(chain, &hypotheses),
+        (Some(pair), ..) => of_two(base, pair, &hypotheses),
+        (None, Some(chain), _) => of_several(base, chain, &hypotheses),
         (None, None, Verdict::NoiseOrModel) => of_noise_or_model(base, shape.as_ref()),
         (None, None, Verdict::Unexplained) if spread.is_none() && p.several() > 0.5 => {
             of_nearly(base, together.as_ref())
@@ -405,10 +406,12 @@ fn name(
         doubted.get_or_insert(answer);
     }
     let weight = |r: &Refit| odds.weight(r);
-    let ln_known = weight(&refits[chosen]) + more.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
+    let ln_of =
+        |(first, _, more): &WithFirst| weight(first) + more.iter().map(weight).fold(f64::NEG_INFINITY, f64::max);
+    let mut two = (refits[chosen].clone(), on_first, more);
+    two = fault_first(base, refits, &two.0, odds, ln_of(&two), settings)?.unwrap_or(two);
     let bases: Vec<_> = spread::best(otherwise.spreads).map(|s| s.base.clone()).into_iter().collect();
-    let (first, on_first, more) =
-        together(base, &bases, odds, ln_known, settings)?.unwrap_or((refits[chosen].clone(), on_first, more));
+    let (first, on_first, more) = together(base, &bases, odds, ln_of(&two), settings)?.unwrap_or(two);
     let best = more.iter().max_by(|a, b| a.ln_bayes.total_cmp(&b.ln_bayes));
     let mut best_two = best.map(|r| ([first.id(&base.scene), r.id(&base.scene)], r.misfit));
     if best.is_some_and(|r| r.ln_bayes > STRONG && on_first.p_value < settings.alarm_level && predicts(r)) {

@@ -59,7 +59,10 @@ pub(crate) fn of_one(
             let perhaps = if likely { "" } else { "perhaps " };
             // Beside noise that is not believable the model may be wrong as well.
             let alone = if base.noise_factor() > MOST_NOISE { "" } else { ", not the model" };
-            format!("{perhaps}the measurement is at fault{alone}: {id}{tie}")
+            match best.and_then(|b| noun_of(base, b)) {
+                Some(noun) => format!("{perhaps}the model explains the test but for {noun}: {id}{tie}"),
+                None => format!("{perhaps}the measurement is at fault{alone}: {id}{tie}"),
+            }
         }
         Verdict::Unexplained | Verdict::SeveralEffects => match best.filter(|b| b.ln_bayes > STRONG && leads) {
             Some(b) => format!(
@@ -70,6 +73,16 @@ pub(crate) fn of_one(
             None => format!("{nothing} explains the test; {remainder}"),
         },
     }
+}
+
+/// What a fault is, where nothing is wrong with the measurement.
+fn noun_of(base: &Stage, fault: &HypothesisResult) -> Option<&'static str> {
+    base.settings.faults.find(&fault.name)?.noun()
+}
+
+/// What a fault is.
+fn fault_of(base: &Stage, fault: &HypothesisResult) -> &'static str {
+    noun_of(base, fault).unwrap_or("a fault of the measurement")
 }
 
 fn explained_at_its_noise(base: &Stage) -> String {
@@ -112,19 +125,23 @@ pub(crate) fn of_noise_or_model(base: &Stage, shape: Option<&WorstShape>) -> Str
 }
 
 /// Where two are named.
-pub(crate) fn of_two(pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
+pub(crate) fn of_two(base: &Stage, pair: &Pair, hypotheses: &[HypothesisResult]) -> String {
     let [first, second, ..] = hypotheses else { return String::new() };
     let perhaps = if pair.share(&first.id).min(pair.share(&second.id)) > 0.5 { "" } else { "perhaps " };
     let both = match (first.kind, second.kind) {
         (Kind::Effect, Kind::Effect) => format!("{perhaps}{} and {} explain the test together", first.id, second.id),
+        (Kind::Fault, Kind::Fault) if [first, second].iter().any(|h| noun_of(base, h).is_some()) => {
+            let [a, b] = [first, second].map(|h| format!("{}, {}", fault_of(base, h), h.id));
+            format!("{perhaps}the model explains the test but for {a}, and {b}")
+        }
         (Kind::Fault, Kind::Fault) => {
             format!("{perhaps}the measurement is at fault twice, not the model: {} and {}", first.id, second.id)
         }
         (Kind::Effect, Kind::Fault) => {
-            format!("{perhaps}{} explains the test with a fault of the measurement, {}", first.id, second.id)
+            format!("{perhaps}{} explains the test with {}, {}", first.id, fault_of(base, second), second.id)
         }
         (Kind::Fault, Kind::Effect) => {
-            format!("{perhaps}{} explains the test with a fault of the measurement, {}", second.id, first.id)
+            format!("{perhaps}{} explains the test with {}, {}", second.id, fault_of(base, first), first.id)
         }
     };
     let ties = [first, second].map(|h| tie(&h.id, &h.tied_with)).concat();
@@ -146,7 +163,7 @@ pub(crate) fn of_nearly(base: &Stage, together: Option<&Together>) -> String {
 }
 
 /// Where more than two are wrong.
-pub(crate) fn of_several(chain: &Chain, hypotheses: &[HypothesisResult]) -> String {
+pub(crate) fn of_several(base: &Stage, chain: &Chain, hypotheses: &[HypothesisResult]) -> String {
     let ids = chain.ids();
     let (first, rest) = ids.split_first().map_or(("", &[][..]), |(f, r)| (f.as_str(), r));
     let rest = match rest {
@@ -155,8 +172,8 @@ pub(crate) fn of_several(chain: &Chain, hypotheses: &[HypothesisResult]) -> Stri
         [some @ .., last] => format!("{} and {last}", some.join(", ")),
     };
     let tie = tie(first, hypotheses.first().map_or(&[], |h| &h.tied_with));
-    let what = match hypotheses.first().map(|h| h.kind) {
-        Some(Kind::Fault) => "a fault of the measurement",
+    let what = match hypotheses.first() {
+        Some(h) if h.kind == Kind::Fault => fault_of(base, h),
         _ => "missing from the model",
     };
     format!(

@@ -49,7 +49,7 @@ impl<'a> TriedFault<'a> {
             },
         );
         let bounds = match kind {
-            Number::None | Number::Silence => None,
+            Number::None | Number::Silence | Number::Mixture => None,
             Number::Angle { .. } => Some([-MOST_DEGREES.to_radians(), MOST_DEGREES.to_radians()]),
             // A negative gain is a sign too: the slider stays on its side of zero.
             Number::Factor { .. } if estimate < 0.0 => Some([-LEAST_FACTOR.recip(), -LEAST_FACTOR]),
@@ -79,7 +79,7 @@ impl<'a> TriedFault<'a> {
     fn forms(&self, g: f64) -> [f64; 3] {
         match self.placed.number() {
             Number::Angle { .. } => [1.0, g.cos(), g.sin()],
-            Number::None | Number::Silence => [1.0, 0.0, 0.0],
+            Number::None | Number::Silence | Number::Mixture => [1.0, 0.0, 0.0],
             _ => [1.0, g, g.recip()],
         }
     }

@@ -164,7 +164,9 @@ impl Compiled {
         let n = model.dof_map().n_dof();
         let most = if has_derivatives { MOST_DOFS_ALONE } else { MOST_DOFS };
         let most = |has_mirror: bool| if has_mirror { 2 * most } else { most };
-        if n > most(model.mirror().is_some()) || !comparison.varying_sensors().is_empty() {
+        // Modes of one space are paired before they are turned, and again after that: the reference path does it.
+        let is_for_reference = !comparison.varying_sensors().is_empty() || comparison.has_spaces();
+        if n > most(model.mirror().is_some()) || is_for_reference {
             return None;
         }
         // In the middle of the bounds nothing vanishes by chance: no mass, no spring.
@@ -392,7 +394,7 @@ impl Compiled {
                     continue;
                 }
                 for cluster in &p.clusters {
-                    if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.shapes()) {
+                    if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.measured(None)) {
                         bench.turned.extend(turned(as_found, cluster, &q));
                     }
                 }

@@ -41,12 +41,13 @@ impl TwinFault {
             }
             Number::Factor { .. } | Number::Frequency { .. } => "it needs a factor: `=1.5` behind it",
             Number::Angle { .. } => "it needs an angle in degrees: `=10` behind it",
+            Number::Mixture => "it needs the coupling of the modes, over λ: `=0.005` behind it",
             Number::Scatter => "it needs a factor on the noise: `=5` behind it",
         };
         let number = self.number.ok_or_else(|| wrong(expected))?;
         let is_right = match placed.number() {
             Number::Factor { .. } => number != 0.0,
-            Number::Angle { .. } => true,
+            Number::Angle { .. } | Number::Mixture => true,
             _ => number > 0.0,
         };
         if !(number.is_finite() && is_right) {
@@ -83,18 +84,18 @@ pub(super) struct Inflicted {
 }
 
 impl Inflicted {
-    /// * `n_modes` - at most so many modes are listed
+    /// * `frequencies_hz` - of the modes that are listed
     pub(super) fn new(
         model: &dyn ParametricModel,
         sensors: &[Sensor],
         faults: &[TwinFault],
-        n_modes: usize,
+        frequencies_hz: &[f64],
     ) -> Result<Self, TwinError> {
         let texts = faults.to_vec();
         if faults.is_empty() {
             return Ok(Self { faults: Vec::new(), texts });
         }
-        let draft = draft(sensors, n_modes);
+        let draft = draft(sensors, frequencies_hz);
         let tests = SingleTest::new(&draft);
         let positions = sensors.iter().map(|s| sensor_position(model, s)).collect::<Result<Vec<_>, _>>()?;
         let dofs = model.dof_map();
@@ -150,6 +151,30 @@ impl Inflicted {
         found.unwrap_or(stated)
     }
 
+    /// Mixes shapes of close modes by turning them, as a coupling κ λ between two modes does that leaves them at these frequencies:
+    ///
+    /// ```text
+    /// φ_a' = φ_a cos θ + φ_b sin θ,   φ_b' = φ_b cos θ - φ_a sin θ,   sin 2θ = κ f/|f_b - f_a|, at most 1
+    /// ```
+    ///
+    /// of unit modal mass, for neighbours one after the other.
+    ///
+    /// * `shapes` - at the sensors, as columns
+    /// * `listed` - the column of every mode of the list, and its frequency, Hz
+    pub(super) fn mix(&self, shapes: &mut DMatrix<f64>, listed: &[usize], frequencies_hz: &[f64]) {
+        for (fault, coupling) in &self.faults {
+            let At::Spaces { spaces, .. } = &fault.at else { continue };
+            for pair in spaces.iter().flat_map(|s| s.windows(2)) {
+                let [f, g] = [pair[0], pair[1]].map(|m| frequencies_hz[m]);
+                let sin_2 = 0.5 * coupling * (f + g) / (g - f).abs();
+                let (sin, cos) = (0.5 * sin_2.clamp(-1.0, 1.0).asin()).sin_cos();
+                let [a, b] = [pair[0], pair[1]].map(|m| shapes.column(listed[m]).into_owned());
+                shapes.set_column(listed[pair[0]], &(&a * cos + &b * sin));
+                shapes.set_column(listed[pair[1]], &(b * cos - a * sin));
+            }
+        }
+    }
+
     /// Puts faults of the list of modes into it.
     ///
     /// # Errors
@@ -161,7 +186,7 @@ impl Inflicted {
                 let problem = "the twin has not so many modes";
                 return Err(TwinError::Fault { text: text.to_string(), problem });
             }
-            if !own.is_empty() {
+            if !own.is_empty() && fault.number() != Number::Mixture {
                 fault.fault.modes(&fault.at, fault.number().inverse(*number), modes);
             }
         }
@@ -178,12 +203,12 @@ impl Inflicted {
     }
 }
 
-/// A test that has everything of which a fault could be: every sensor, so many modes, and functions of a force at every sensor.
-fn draft(sensors: &[Sensor], n_modes: usize) -> TestData {
+/// A test that has everything of which a fault could be: every sensor, these modes, and functions of a force at every sensor.
+fn draft(sensors: &[Sensor], frequencies_hz: &[f64]) -> TestData {
     let channels: Vec<Channel> =
         sensors.iter().map(|s| Channel { name: s.name.clone(), direction: Some(s.direction) }).collect();
-    let mode = |m: usize| TestMode {
-        frequency_hz: Measured { value: m as f64 + 1.0, sd: 0.0, sd_is_default: true },
+    let mode = |&value: &f64| TestMode {
+        frequency_hz: Measured { value, sd: 0.0, sd_is_default: true },
         shape: Some(DVector::from_element(sensors.len(), Complex::new(1.0, 0.0))),
         label: None,
         damping_ratio: None,
@@ -192,6 +217,7 @@ fn draft(sensors: &[Sensor], n_modes: usize) -> TestData {
         shape_origin: None,
         components: Vec::new(),
         standing: Standing::Open,
+        space: None,
     };
     let set = FrfSet {
         quantity: FrfQuantity::Accelerance,
@@ -204,7 +230,7 @@ fn draft(sensors: &[Sensor], n_modes: usize) -> TestData {
     };
     TestData {
         sensors: sensors.to_vec(),
-        modes: (0..n_modes).map(mode).collect(),
+        modes: frequencies_hz.iter().map(mode).collect(),
         frfs: Some(set),
         frf_fit: Some(FrfFit::default()),
         ..TestData::default()

@@ -43,6 +43,7 @@ pub(super) fn senseless_sd(sd: f64, unit: &str, value: f64) -> String {
 pub(super) fn doubts(data: &TestData) -> Vec<Problem> {
     let mut out = numbers(&data.modes);
     same_modes(&data.modes, &mut out);
+    lonely_spaces(&data.modes, &mut out);
     sensors(data, &mut out);
     out
 }
@@ -95,6 +96,20 @@ fn numbers(modes: &[TestMode]) -> Vec<Problem> {
         out.push(Problem::warning("modes", format!("{}{others}: {text}", name(mode))));
     }
     out
+}
+
+/// Names of spaces that one mode has alone: nothing is mixed with it.
+fn lonely_spaces(modes: &[TestMode], out: &mut Vec<Problem>) {
+    for (k, mode) in modes.iter().enumerate() {
+        let Some(space) = &mode.space else { continue };
+        if modes.iter().filter(|m| m.space.as_ref() == Some(space)).count() == 1 {
+            let text = format!(
+                "{} is alone in the space `{space}`: give the modes that are mixed with it the same name",
+                name(mode)
+            );
+            out.push(Problem::warning(child(&format!("modes[{k}]"), "space"), text));
+        }
+    }
 }
 
 /// Modes that look like one, listed twice; shapes that are all alike.

@@ -63,6 +63,7 @@ pub fn write_test(data: &TestData) -> String {
                 },
                 is_used: m.standing != Standing::Unused,
                 foreign: m.standing == Standing::Foreign,
+                space: m.space.clone(),
             }
         })
         .collect();

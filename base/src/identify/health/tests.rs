@@ -440,6 +440,7 @@ fn a_channel_that_reads_nothing_in_some_modes_is_found() {
         shape_origin: Some(origin),
         components: Vec::new(),
         standing: Standing::Open,
+        space: None,
     };
     let all = |origin: &Origin| (1..5).map(|k| mode(k, origin.clone())).collect::<Vec<_>>();
     let measured = Origin::Measured("a test".into());
