@@ -5,7 +5,7 @@
 //! others, to the stated noise (a body on a spring brings one, a sensor turned over changes one), is not a foreign one: then the diagnosis with all
 //! modes is the answer, as one cause is more probable than two. Such a cause is looked for before the others decide without the mode, and
 //! after: what they name may give the mode its partner. Where the best of that search gives such modes their partners and does not explain
-//! everything, several things are wrong, and these modes stay.
+//! everything, several things are wrong, and these modes stay, unless fewer things are wrong with them foreign.
 
 use super::answer::{Investigation, investigate_these};
 use super::damping;
@@ -65,25 +65,31 @@ fn with_modes_of_the_structure(
         OneCause::Any => Some(scene.as_given()),
     };
     let is_tried = with_all.is_some();
+    // The modes that looked foreign, with partners by what explains most and not all.
+    let mut kept = None;
     if let Some(with_all) = with_all {
         match by_one_cause(with_all, starts, weight, settings)? {
             Asked::Explained(found) => return named(*found, settings),
-            // The best of what does not suffice alone may still give such modes their partners: then several things are wrong, and these modes stay.
+            // The best of what does not suffice alone may still give such modes their partners: then several things are wrong, and these modes stay,
+            // unless fewer are with them foreign.
             Asked::Best(found) => {
                 if let Some(best) = found.first()
                     && let Some(freed) = with_partners_by(&scene, best, &foreign, settings)?
                 {
                     let begun = best.fit.x.rows(0, best.fit.x.len() - best.estimates.len()).into_owned();
                     let known: Vec<&Tried> = found.iter().map(|r| &r.tried).collect();
-                    return named(
-                        investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?,
-                        settings,
-                    );
+                    kept = Some(investigate_these(freed, (starts, Some(&begun)), &known, weight, settings)?);
                 }
             }
         }
     }
+    if let Some(kept) = kept.take_if(|kept| settings.until.is_over() || wrong(kept) <= 1) {
+        return named(kept, settings);
+    }
     let found = investigate_these(decided, (starts, x.as_ref()), &[], weight, settings)?;
+    if let Some(kept) = kept {
+        return named(if wrong(&found) < wrong(&kept) { found } else { kept }, settings);
+    }
     if may_be_had()
         && let Some(refit) = the_named(&found)
         && let Some(freed) = with_partners_by(&scene, refit, &foreign, settings)?
@@ -94,6 +100,18 @@ fn with_modes_of_the_structure(
         return named(*with_them, settings);
     }
     named(found, settings)
+}
+
+/// How many things are wrong by a diagnosis, a mode that is not of the structure and larger noise among them; of one that explains nothing more than of any other.
+fn wrong(found: &Investigation) -> usize {
+    let foreign = found.base.scene.test.modes.iter().filter(|m| is_foreign(&m.standing)).count();
+    let named = match found.diagnosis.verdict {
+        Verdict::Adequate => 0,
+        Verdict::MissingEffect | Verdict::MeasurementFault => 1,
+        Verdict::SeveralEffects => found.diagnosis.together.as_ref().map_or(2, |t| t.ids.len().max(2)),
+        Verdict::NoiseOrModel | Verdict::Unexplained => return usize::MAX,
+    };
+    named + foreign + usize::from(found.diagnosis.noise_factor > 1.0)
 }
 
 /// The effect that a diagnosis names.

@@ -4,10 +4,10 @@ use super::coarse_mesh::{CoarseMesh, coarse_mesh};
 use super::{
     Assessment, Functions, FunctionsOptions, HowToPair, MassReduction, ModeAgreement, Orthogonality, PairedTest,
     Places, PlacesOptions, Sensitivities, SensitivityOptions, SensorCheck, SensorReport, UpdateError, assess,
-    check_sensors_by_model, compare_functions, compared, judge, mode_agreement, orthogonality, paired_test, places,
-    sensitivities, sensor_agreement,
+    check_sensors_by_model, compare_functions, compared, judge, mixed_modes, mode_agreement, orthogonality,
+    paired_test, places, sensitivities, sensor_agreement,
 };
-use crate::correlation::{CriteriaProfile, Judgement};
+use crate::correlation::{CloseModes, CorrelationError, CriteriaProfile, Judgement};
 use crate::data::{FrfSet, TestData};
 use crate::identify::health::{Finding, Level, check_silent};
 use crate::model::{MOST_DENSE_DOFS, Model, ParametricModel};
@@ -48,6 +48,8 @@ pub struct Agreement {
     pub assessment: Assessment,
     /// How each pair stands against noise.
     pub modes: Vec<ModeAgreement>,
+    /// Close modes that agree as a space and not one by one.
+    pub mixed: Vec<CloseModes>,
     /// Every sensor.
     pub sensors: Result<SensorReport, String>,
     /// Orthogonality in the mass of the model.
@@ -99,6 +101,7 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
     };
     let functions = functions(&comparison, a, options)?;
     let modes = mode_agreement(&comparison, a)?;
+    let mixed = mixed_modes(&comparison, a).map_err(CorrelationError::from)?;
     let sensors = sensor_agreement(&comparison, a, REMOVED)?.ok_or_else(|| NO_SHAPES.to_string());
     let suspects = match check {
         Some(check) => suspicions(check, &test),
@@ -112,6 +115,7 @@ pub fn agreement(model: &Model, test: &TestData, options: &AgreementOptions<'_>)
         test,
         assessment,
         modes,
+        mixed,
         sensors,
         orthogonality,
         places,

@@ -35,8 +35,8 @@ pub use correlate::{
     BandAgreement, ChannelAgreement, FirstLook, FrfSensitivity, Functions, FunctionsOptions, MASS_ROWS, MassReduction,
     ModeAgreement, ModelFunctions, Orthogonality, ParameterInformation, Places, PlacesError, PlacesOptions,
     ReferenceShift, Sensitivities, SensitivityOptions, SensorAgreement, SensorReport, compare_functions,
-    frf_sensitivities, judge, load_profile, member_stiffnesses, mode_agreement, orthogonality, places, sensitivities,
-    sensor_agreement, slip_of_unit, slips_of_modes, slips_of_readings,
+    frf_sensitivities, judge, load_profile, member_stiffnesses, mixed_modes, mode_agreement, orthogonality, places,
+    sensitivities, sensor_agreement, slip_of_unit, slips_of_modes, slips_of_readings,
 };
 pub use error::UpdateError;
 pub use identified::{

@@ -122,6 +122,8 @@ fn profile(path: &Path) -> Result<CriteriaProfile, Failure> {
 fn write_parts(parts: &Agreement, out: &mut String, args: &Compare, style: &Style) {
     out.push('\n');
     let mut failed: Vec<(&str, &String)> = Vec::new();
+    let frequencies_hz: Vec<f64> = parts.test.modes.iter().map(|m| m.frequency_hz.value).collect();
+    words::mixed_lines(out, &parts.mixed, &frequencies_hz, style);
     match &parts.sensors {
         Ok(s) => words::sensors_line(out, s, style),
         Err(why) => failed.push(("sensors", why)),

@@ -2,6 +2,7 @@
 
 use super::*;
 use retune::data::TestMode;
+use retune::effect::{Candidate, Context, candidates};
 use retune::fault::{Bench, Faults, PlacedFault, SingleTest};
 use retune::update::TwinFault;
 
@@ -47,7 +48,7 @@ fn an_effect_is_found_behind_mixed_modes() {
     let base = model(&wing());
     let id = "point-mass@n8";
     let all = Effects::builtin();
-    let hidden = retune::effect::candidates(&base, &all, &retune::effect::Context::default());
+    let hidden = candidates(&base, &all, &Context::default());
     let hidden = hidden.into_iter().find(|c| c.id() == id).unwrap().build(&base, &Registry::builtin()).unwrap();
     let test = close(&hidden.model, &hidden.theta(&middle(&base), &[0.06]), Some(COUPLING));
     let d = diagnose(&base, &test, &Settings::default()).unwrap();

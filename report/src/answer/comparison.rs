@@ -36,6 +36,11 @@ pub fn comparison(parts: &Agreement, profile: Option<&CriteriaProfile>) -> Value
         "misfit": a.misfit.to_string(),
         "origins": data_origins(test),
         "modes": modes,
+        "close_modes": parts.mixed.iter().map(|g| json!({
+            "test_modes": g.experimental.iter().map(|m| m + 1).collect::<Vec<_>>(),
+            "model_modes": g.analytical.iter().map(|m| m + 1).collect::<Vec<_>>(),
+            "lowest_mac": g.lowest_mac, "lowest_mac_with_space": g.lowest_subspace_mac,
+        })).collect::<Vec<_>>(),
         "sensors": or_why(&parts.sensors, sensors_json),
         "orthogonality": or_why(&parts.orthogonality, |o| json!({
             "reduction": o.reduction,

@@ -2,7 +2,7 @@
 
 use super::{Align, Cell, Style, Table, Tone, number, paragraph, printable, wrap};
 use retune::correlation::{
-    CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChange, SingleChanges, odds,
+    CloseModes, CriteriaProfile, Identifiability, Judgement, Localization, Misfit, SingleChange, SingleChanges, odds,
 };
 use retune::update::{ChannelAgreement, Functions, ModelFunctions, Orthogonality, Places, Sensitivities, SensorReport};
 use std::fmt::Write as _;
@@ -43,6 +43,27 @@ pub fn ratio(m: &Misfit) -> String {
     }
     let value = m.chi_squared / m.n_data as f64;
     if value < 100.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
+/// Close modes that are mixtures, in one line for each group; nothing where there are none.
+pub fn mixed_lines(out: &mut String, mixed: &[CloseModes], frequencies_hz: &[f64], style: &Style) {
+    for group in mixed {
+        let mut modes = group.experimental.clone();
+        modes.sort_unstable();
+        let names: Vec<String> = modes.iter().map(|m| (m + 1).to_string()).collect();
+        let (last, others) = names.split_last().map_or(("", &[][..]), |(l, o)| (l.as_str(), o));
+        let hz = || modes.iter().map(|&m| frequencies_hz[m]);
+        let (low, high) = (hz().fold(f64::INFINITY, f64::min), hz().fold(0.0, f64::max));
+        let text = format!(
+            "modes {} and {last}, within {:.1} %, agree as a space (MAC with it {:.3} or more) and not one by one ({:.2}): imperfections mix such \
+             shapes; `space` at these modes of the test file compares them so",
+            others.join(", "),
+            200.0 * (high - low) / (high + low),
+            group.lowest_subspace_mac,
+            group.lowest_mac,
+        );
+        line(out, "mixed", &text, style);
+    }
 }
 
 /// The sensors in one line.

@@ -3,6 +3,7 @@
 //! Every function takes a [`Comparison`] with its [`Assessment`] and answers one question; none of them changes anything.
 //! [`super::assess`] comes first. The criteria themselves are those of [`crate::correlation`].
 
+mod close;
 mod functions;
 mod orthogonality;
 mod parameters;
@@ -11,6 +12,7 @@ mod sensors;
 mod suspicion;
 mod verdict;
 
+pub use close::mixed_modes;
 pub use functions::{
     BandAgreement, ChannelAgreement, Functions, FunctionsOptions, ModelFunctions, ReferenceShift, compare_functions,
 };
