@@ -9,7 +9,7 @@ use super::search::basin::in_the_lowest_basin;
 use super::search::board::merge;
 use super::search::hypothesis::{Refit, Tried};
 use super::search::run::refit_these;
-use super::search::singles::refit;
+use super::search::singles::{refit, weighed_anew};
 use super::settings::Settings;
 use super::verdict::decide::{better_than_noise, conclude};
 use crate::thresholds::{MOST_NOISE, REMAINDER};
@@ -58,7 +58,7 @@ pub(super) fn investigate_these(
             at_stated_noise = Some(diagnosis);
         }
         let again = base.with_on_top(base.scene.clone(), &base.fit.x, factor.recip(), settings)?;
-        let mut found = refit(&again, false)?;
+        let mut found = weighed_anew(&again, &refits)?;
         let diagnosis = conclude(&again, &mut found, settings)?;
         // What is named may leave less than noise of that size: then the misfit of a wrong base was taken for scatter.
         if !leaves_too_little(&again, &diagnosis) {

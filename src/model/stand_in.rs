@@ -12,9 +12,11 @@
 mod forces;
 mod seen;
 mod sum;
+mod symmetry;
 
 use self::forces::{FEW_ROWS, NEGLIGIBLE};
 use self::sum::{Motion, Projection, Sum, Summed, add, of_system, rigid};
+use self::symmetry::Forms;
 use super::affine::Affine;
 use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::change::{Change, OnRows};
@@ -31,6 +33,7 @@ use crate::element::Dof;
 use crate::linalg::sparse::{PencilFactor, SparsePlan, SparseSym};
 use crate::linalg::{DMatrix, symmetric_eigen, tall_take, tall_tr_mul};
 use crate::modal::ModalError;
+use crate::once::Once;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -66,6 +69,7 @@ struct Common {
     /// The rigid vectors of the basis as sums of the six motions, (6 x n_rigid).
     rigid_parts: DMatrix<f64>,
     is_damped: bool,
+    symmetry: Once<Forms>,
 }
 
 /// A change, and where its sizes stand behind the parameters of the model.
@@ -105,6 +109,7 @@ pub struct StandIn {
     not_in_rigid_mass: Vec<(usize, usize)>,
     general: Vec<General>,
     dofs: DofMap,
+    symmetry: Once<Forms>,
 }
 
 impl StandIn {
@@ -167,6 +172,7 @@ impl StandIn {
             n_rigid,
             rigid_parts,
             motions,
+            symmetry: Once::new(),
         };
         let bare = Self {
             common: Arc::new(common),
@@ -179,6 +185,7 @@ impl StandIn {
             not_in_rigid_mass: Vec::new(),
             general: Vec::new(),
             dofs,
+            symmetry: Once::new(),
         };
         if frozen.is_none() {
             return Ok(bare);
@@ -262,6 +269,7 @@ impl StandIn {
         let m = self.common.basis.ncols();
         let size = m + extra.ncols() + self.n_new + change.n_new();
         out.extra = Arc::new(extra);
+        out.symmetry = Once::new();
         out.n_new = self.n_new + change.n_new();
         let first_size = self.parameters.len() - self.common.model.parameters().len();
         out.changes.push(Placed { change: change.clone(), first_size, scales, first_new: self.n_new });

@@ -432,11 +432,16 @@ impl<'a> Comparison<'a> {
 
     /// The symmetry of every elastic mode.
     fn families_of(&self, modes: &Modes) -> Vec<Option<String>> {
-        let Some(mirror) = self.model.mirror() else { return vec![None; modes.elastic().len()] };
-        modes
-            .elastic()
-            .map(|mode| family(symmetry_index(mirror, |row| modes.shapes[(row, mode)])).map(str::to_string))
-            .collect()
+        let of = |mode: usize| {
+            let entry = |row| modes.shapes[(row, mode)];
+            let index = match (self.model.mirror(), self.model.stand_in()) {
+                (Some(mirror), _) => Some(symmetry_index(mirror, entry)),
+                (None, Some(stand_in)) => stand_in.symmetry_index(entry),
+                (None, None) => None,
+            };
+            index.and_then(family).map(str::to_string)
+        };
+        modes.elastic().map(of).collect()
     }
 
     /// Derivatives of the paired modes of a prediction with respect to the parameters `free`.

@@ -35,9 +35,9 @@ use retune::update::{HowToPair, as_given};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Models of more dofs are stood in for. At 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 300 a fortieth; below,
-/// the digits of the model are worth more than the time.
-const LARGE: usize = 150;
+/// Models of more dofs are stood in for. At 120 and 130 dofs a diagnosis on stand-ins takes half the time of one on the model itself, at 300 a fortieth;
+/// below, the digits of the model are worth more than the time.
+const LARGE: usize = 100;
 
 /// Estimated relative error of a frequency of a stand-in, at least: for exact data a basis would grow without end.
 const LEAST_ERROR: f64 = 1e-7;
@@ -225,6 +225,7 @@ impl Scene {
     #[cfg(test)]
     pub(crate) fn large_from(mut self, dofs: usize) -> Result<Self, DiagnosisError> {
         self.large = dofs;
+        self.cases.iter_mut().for_each(|case| *case = case.with_model(case.model.clone()));
         self.with_stand_ins(&[], &[])
     }
 

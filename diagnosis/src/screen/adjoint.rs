@@ -6,8 +6,9 @@
 //! (K - λ_i M) z_is = s  across the modes,    z_is += Σ_j φ_j (s·φ_j)/(λ_j - λ_i)   over the other modes, far ones and rigid ones
 //! ```
 //!
-//! z belongs to a mode and a sensor; a change takes products of its own few rows. Modes so close to i that the test turns them are left out of the
-//! sum: a turn among them is free. Coordinates that a change brings are condensed at λ_i, so that a body on a spring acts as it does at that
+//! z belongs to a mode and a sensor; a change takes products of its own few rows. Modes so close to i that they are turned to the test are left out of
+//! the sum, as a turn among them is free; others nearer than 2 % stand as if they were 2 % apart, since a change of any size turns them by a right
+//! angle at most. Coordinates that a change brings are condensed at λ_i, so that a body on a spring acts as it does at that
 //! frequency. All columns are slopes: a change of the typical size may be far from linear, and only a refit tells.
 //!
 //! # Source
@@ -38,7 +39,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Where (K - σM) is factored instead of at λ, as a share of λ beside it: the matrix is regular there, and what lies across the modes differs by
 /// about this share of it.
 const BESIDE: f64 = 1e-3;
-/// Frequencies nearer than this share are those of close modes.
+/// Modes whose frequencies are nearer than this share are taken to be so far apart.
 const CLOSE: f64 = 0.02;
 /// Shapes and frequencies are moved by this share at most, and the columns are scaled back: they are slopes.
 const MOVED: f64 = 1e-3;
@@ -370,11 +371,16 @@ impl Across<'_> {
         let mut z = pencil.solve(-sigma, forces).map_err(|e| singular(&e))?;
         let along = tall_tr_mul(m_shapes, &z);
         tall_take(&mut z, shapes, &along);
+        let cluster = prediction.clusters.iter().find(|c| c.contains(&elastic));
+        let is_turned = |j: usize| {
+            j.checked_sub(modes.n_rigid).is_some_and(|mode| cluster.is_some_and(|cluster| cluster.contains(&mode)))
+        };
         for (j, phi) in shapes.column_iter().enumerate() {
-            let gap = modes.lambda[j] - lambda;
-            if j == own || gap.abs() < 2.0 * CLOSE * lambda {
+            if j == own || is_turned(j) {
                 continue;
             }
+            let (gap, least) = (modes.lambda[j] - lambda, 2.0 * CLOSE * lambda);
+            let gap = if gap.abs() < least { least.copysign(gap) } else { gap };
             z.ger(1.0 / gap, &phi, &read.row(j).transpose(), 1.0);
         }
         Ok(z.transpose())

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy)]
 pub(crate) enum Job<'a> {
     Effect(&'a Score, &'a [DVector<f64>]),
-    /// The same with one more start, sizes included.
+    /// The same with one more start, sizes included; with no values of the base from that start alone.
     Begun(&'a Score, &'a [DVector<f64>], &'a DVector<f64>),
     Fault(&'a FaultScore, &'a [DVector<f64>]),
 }
@@ -50,7 +50,8 @@ pub(crate) fn run(stage: &Stage, jobs: &[Job<'_>], base: f64) -> Vec<Refit> {
             let found = match job {
                 Job::Effect(score, bases) => refit_effect(stage, score, &starts(stage, score, bases), base).ok(),
                 Job::Begun(score, bases, start) => {
-                    let groups = [vec![vec![(*start).clone()]], starts(stage, score, bases)].concat();
+                    let further = if bases.is_empty() { Vec::new() } else { starts(stage, score, bases) };
+                    let groups = [vec![vec![(*start).clone()]], further].concat();
                     refit_effect(stage, score, &groups, base).ok()
                 }
                 Job::Fault(score, bases) => refit_fault(stage, score, bases, base).ok(),
@@ -122,7 +123,8 @@ pub(crate) fn refit_these(
     refit_begun(stage, &these.iter().map(|tried| (*tried, None)).collect::<Vec<_>>(), bases)
 }
 
-/// The same with one more start for some of them, sizes included: where an effect was found without what the stage has in its base, say.
+/// The same with one more start for some of them, sizes included: where an effect was found without what the stage has in its base, say. Without values
+/// of the base they start there alone.
 pub(crate) fn refit_begun(
     stage: &Stage,
     these: &[(&Tried, Option<DVector<f64>>)],
@@ -141,12 +143,13 @@ pub(crate) fn refit_begun(
             Tried::Fault(f) => {
                 let Some(i) = stage.faults.iter().position(|g| g == f) else { continue };
                 let known = stage.fault_scores.iter().find(|f| f.index == i).copied();
-                faults.push(known.unwrap_or(FaultScore::unscored(i)));
+                let own: Vec<DVector<f64>> = begun.iter().chain(bases).cloned().collect();
+                faults.push((known.unwrap_or(FaultScore::unscored(i)), own));
             }
         }
     }
     let effects = scores.iter().map(|(s, begun)| Job::of(s, bases, begun.as_ref()));
-    let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|f| Job::Fault(f, bases))).collect();
+    let jobs: Vec<Job<'_>> = effects.chain(faults.iter().map(|(f, own)| Job::Fault(f, own))).collect();
     let mut done = run(stage, &jobs, base);
     if !elsewhere.is_empty() {
         let stage = stage.on_wider(elsewhere.iter().map(|(c, _)| (*c).clone()).collect())?;

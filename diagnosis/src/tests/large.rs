@@ -10,7 +10,7 @@ use retune::correlation::{observation_matrix, observation_matrix_at};
 use retune::effect::{Candidate, Context, candidates};
 use retune::linalg::{DMatrix, DVector};
 use retune::matrices::{MatrixFormat, write};
-use retune::model::{ModalSolver, System, export_matrices, label_modes, load_in};
+use retune::model::{ModalSolver, System, export_matrices, label_modes, load_in, symmetry_index};
 use retune::update::node_sensors;
 use std::collections::BTreeMap;
 
@@ -92,6 +92,11 @@ fn scene(model: &Model) -> Scene {
     sensors.truncate(24);
     let test = twin_modes(model, &middle(model), &sensors, &noise(6, 3), "twin").unwrap();
     Scene::new(model, &[&test]).unwrap().large_from(0).unwrap()
+}
+
+/// A scene whose models are solved themselves.
+fn in_full(model: &Model, test: &TestData) -> Scene {
+    Scene::new(model, &[test]).unwrap().large_from(usize::MAX).unwrap()
 }
 
 /// Σ Bᵀ a B of a change on the rows of its model.
@@ -265,7 +270,7 @@ fn frequencies_alone_have_partners_on_a_stand_in() {
         }
         let settings = Settings::default();
         let by = |scene: Scene| crate::foreign::investigate(scene, &[], None, &settings).unwrap().diagnosis;
-        let full = by(Scene::new(&model, &[&test]).unwrap());
+        let full = by(in_full(&model, &test));
         let found = by(Scene::new(&model, &[&test]).unwrap().large_from(0).unwrap());
         assert_eq!(found.verdict, full.verdict, "{name}: {} for {}", found.sentence, full.sentence);
         assert!((found.misfit / full.misfit - 1.0).abs() < 0.02, "{name}: {} for {}", found.misfit, full.misfit);
@@ -287,6 +292,28 @@ fn modes_have_their_names_on_a_stand_in() {
     }
 }
 
+/// Modes have the symmetry on a stand-in that their motions have, with an effect on one wing as without.
+#[test]
+fn modes_have_their_symmetry_on_a_stand_in() {
+    let aeroplane = model(MODELS[0].1);
+    let base = scene(&aeroplane);
+    let on_one_wing = placed(&aeroplane).into_iter().find(|c| c.id() == "point-mass@l4").unwrap();
+    for scene in [with_effect(&base, &on_one_wing).unwrap(), base] {
+        let stand_in = scene.cases[0].stand_in.as_ref().unwrap();
+        let solved = scene.solved();
+        let theta: Vec<f64> =
+            solved.parameters().iter().map(|p| p.bounds.map_or(p.value, |[l, u]| 0.5 * (l + u))).collect();
+        let (_, modes) = ModalSolver::new(solved, &theta, 8).unwrap().solve(solved, &theta, 8).unwrap();
+        let motions = stand_in.expanded(&modes.shapes);
+        let mirror = aeroplane.mirror().unwrap();
+        for k in modes.elastic() {
+            let expected = symmetry_index(mirror, |row| motions[(row, k)]);
+            let found = stand_in.symmetry_index(|row| modes.shapes[(row, k)]).unwrap();
+            assert!((found - expected).abs() < 1e-9, "mode {k}: {found} for {expected}");
+        }
+    }
+}
+
 /// The adjoint columns are those of differences: the same direction and length. Where they are not, the finite step is far from linear: a clamp
 /// gives altogether by a hundredth of the typical compliance, and modes 0.2 % apart, as the aeroplane has two, part otherwise than by a slope.
 #[test]
@@ -294,7 +321,7 @@ fn adjoint_columns_are_those_of_differences() {
     let (mut compared, mut wrong) = (0, Vec::new());
     for (name, model, _) in models() {
         let large = scene(&model);
-        let small = Scene::new(&model, &[&large.cases[0].test]).unwrap();
+        let small = in_full(&model, &large.cases[0].test);
         let x = small.start();
         let (fit, of_stand_in) = (evaluate(&small, x.clone(), 1.0).unwrap(), evaluate(&large, x, 1.0).unwrap());
         let all: Vec<Candidate> = placed(&model);
@@ -354,7 +381,7 @@ fn slopes_find_the_best_of_many() {
     sensors.truncate(36);
     let at = truth.theta(&middle(&base), &[-0.3]);
     let test = twin_modes(&truth.model, &at, &sensors, &noise(8, 5), "twin").unwrap();
-    let scene = Scene::new(&base, &[&test]).unwrap();
+    let scene = in_full(&base, &test);
     let fit = crate::problem::race::fit(&scene, &[scene.start()], 1.0).unwrap();
     let all: Vec<Candidate> =
         placed(&base).into_iter().filter(|c| c.id() == hidden.id() || c.location.to_string().len() % 2 == 0).collect();

@@ -20,7 +20,9 @@ mod ties;
 mod with_more_sizes;
 
 use super::board::{Board, Refits};
+use super::hypothesis::Refit;
 use super::nested::leave_out_wider;
+use super::run::refit_begun;
 use crate::error::DiagnosisError;
 use crate::screen::stage::Stage;
 use step::Step;
@@ -61,8 +63,39 @@ pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
             stage.settings.listener.took(&board.told(step.name, before));
         }
     }
-    let mut done = board.found;
+    Ok(sorted(board))
+}
+
+/// What a search found, fitted from there at another level of noise, and the best of the screening beside it: other noise puts the same hypotheses
+/// first.
+///
+/// * `before` - what was found at the same base
+pub(crate) fn weighed_anew(stage: &Stage, before: &Refits) -> Result<Refits, DiagnosisError> {
+    let mut board = Board::new(stage, stage.effort().best, false)?;
+    for step in [screened::STEP, every_part::STEP] {
+        if !stage.settings.until.is_over() && (step.when)(&board)? {
+            let work = board.work();
+            if board.found.hypotheses.is_empty() {
+                let mut known: Vec<&Refit> = before.hypotheses.iter().collect();
+                known.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+                let known = known.into_iter().take(KNOWN * stage.effort().best);
+                let known: Vec<_> = known.map(|r| (&r.tried, Some(r.fit.x.clone()))).collect();
+                board.add(refit_begun(stage, &known, &[])?);
+            }
+            (step.take)(&mut board)?;
+            stage.settings.listener.took(&board.told(step.name, work));
+        }
+    }
+    Ok(sorted(board))
+}
+
+/// How many times as many hypotheses as are fitted at first are fitted once more at other noise.
+const KNOWN: usize = 4;
+
+/// The hypotheses by evidence, without those that say the same as others with more numbers.
+fn sorted(board: Board<'_>) -> Refits {
+    let (stage, mut done) = (board.stage, board.found);
     leave_out_wider(stage, &mut done.hypotheses);
     done.hypotheses.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-    Ok(done)
+    done
 }
