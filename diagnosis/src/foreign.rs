@@ -255,8 +255,19 @@ pub(super) fn investigate(
         found.diagnosis.is_partial = true;
         let so_far = match found.diagnosis.verdict {
             Verdict::Unexplained => {
-                "nothing that was tried by then explains the test: give it more time before anything else is doubted"
-                    .to_string()
+                let mut explains = None;
+                for r in &found.refits {
+                    if explains.is_none() && r.ln_bayes > STRONG && r.leaves_noise()? {
+                        explains = Some(r.id(&found.base.scene));
+                    }
+                }
+                match explains {
+                    Some(id) => format!(
+                        "{id} leaves no more than noise, but what else does was not asked: give it more time before it is believed"
+                    ),
+                    None => "nothing that was tried by then explains the test: give it more time before anything else is doubted"
+                        .to_string(),
+                }
             }
             _ => found.diagnosis.sentence,
         };

@@ -439,6 +439,7 @@ fn test_modes(comparison: &Comparison<'_>, stand_in: &StandIn) -> Vec<LiveTestMo
             damping: m.damping_ratio.map(|d| d.value),
             shape_sd: Doubles(m.shape_sd.iter().flat_map(|s| s.iter().copied()).collect()),
             family: comparison.families()[i].clone(),
+            space: m.space.clone().filter(|_| !comparison.is_aside(i)),
             plan: match comparison.plans()[i] {
                 Plan::Free => LivePlan::Free,
                 Plan::Aside => LivePlan::Aside,

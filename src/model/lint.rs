@@ -44,6 +44,8 @@ pub struct Soundness {
 
 /// Modes whose error by the mesh is estimated.
 const FIRST_MODES: usize = 6;
+/// Moments of inertia are stated to three digits: less of a difference is one of rounding.
+const ROUNDED: f64 = 0.01;
 
 /// Looks for mechanisms, empty and massless dofs, dangling and duplicate nodes, bad conditioning, parameters without
 /// effect, values that look wrong by powers of ten.
@@ -176,7 +178,7 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
         if let (Some(xx), Some(yy), Some(zz)) = (get("inertia_xx"), get("inertia_yy"), get("inertia_zz")) {
             // ∫ (y² + z²) + ∫ (x² + z²) is never below ∫ (x² + y²); equal for a plane body.
             for (name, one, sum) in [("xx", xx, yy + zz), ("yy", yy, xx + zz), ("zz", zz, xx + yy)] {
-                if one > sum * (1.0 + 1e-9) {
+                if one > sum * (1.0 + ROUNDED) {
                     s.warnings.push(Problem::warning(
                         format!("{path}.inertia.{name}"),
                         format_args!(
@@ -259,13 +261,10 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let massless: Vec<String> =
         (0..n).filter(|&i| m[i] <= 0.0 && !empty.contains(&i) && !by_design(i)).map(|i| dofs.row_name(i)).collect();
     if !massless.is_empty() {
+        let verbs = if massless.len() == 1 { "has no mass; it is" } else { "have no mass; they are" };
         s.warnings.push(Problem::warning(
             "",
-            format_args!(
-                "{} has no mass; it is condensed exactly: {}",
-                counted(massless.len(), "dof"),
-                list(&massless)
-            ),
+            format_args!("{} {verbs} condensed exactly: {}", counted(massless.len(), "dof"), list(&massless)),
         ));
     }
     if !empty.is_empty() {

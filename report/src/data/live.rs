@@ -140,6 +140,9 @@ pub struct LiveTestEdit {
     pub shape_sd: LiveEntries,
     /// Of [`Live::sensors`].
     pub sensors: LiveEntries,
+    /// The space that each mode is of then; empty where none has another.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spaces: Vec<Option<String>>,
     /// What to do about the fault.
     pub remedy: String,
 }
@@ -208,6 +211,9 @@ pub struct LiveTestMode {
     /// Symmetry, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub family: Option<String>,
+    /// Modes of one name here are one space: they are compared as what they span.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub space: Option<String>,
     /// What is settled about its partner.
     pub plan: LivePlan,
     /// (M φ)ᵀ of the mode that it follows, by coordinates; empty where it follows none.

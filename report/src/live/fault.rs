@@ -108,6 +108,9 @@ impl<'a> TriedFault<'a> {
             }
             after.push(at(&without).map_err(words)?);
         }
+        let spaces = |test: &TestData| test.modes.iter().map(|m| m.space.clone()).collect::<Vec<_>>();
+        let without = self.placed.taken_out_of(test, self.estimate);
+        let new_spaces = if spaces(&without) == spaces(test) { Vec::new() } else { spaces(&without) };
         let entries = |part: usize| self.entries(&before.0[part], &numbers, &after, part);
         let edit = LiveTestEdit {
             is_angle: matches!(self.placed.number(), Number::Angle { .. }),
@@ -116,10 +119,11 @@ impl<'a> TriedFault<'a> {
             shape: entries(2)?,
             shape_sd: entries(3)?,
             sensors: entries(4)?,
+            spaces: new_spaces,
             remedy: self.result.patch.clone(),
         };
         let changed = [&edit.frequency, &edit.frequency_sd, &edit.shape, &edit.shape_sd, &edit.sensors];
-        if changed.iter().all(|e| e.at.is_empty()) {
+        if changed.iter().all(|e| e.at.is_empty()) && edit.spaces.is_empty() {
             return Err("it is in frequency responses or static readings, which the page does not compare".into());
         }
         Ok(edit)

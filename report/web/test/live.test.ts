@@ -116,7 +116,8 @@ test("two modes at one frequency are turned to the plane of the test", () => {
   assert.deepEqual(clusters([1, 1.001, 2, 2], [1, 3], true, () => false), [[2, 3]]);
   const angle = 0.6, at = [Float64Array.of(1, 0, 1, 0), Float64Array.of(0, 1, 0, 1)], shapes = [Float64Array.of(1, 0), Float64Array.of(0, 1)];
   const c = Math.cos(angle), s = Math.sin(angle);
-  turn([0, 1], at, shapes, [Float64Array.of(c, s, c, s), Float64Array.of(-s, c, -s, c)]);
+  const weight = Float64Array.of(50, 50, 50, 50);
+  turn([0, 1], at, shapes, [{ shape: Float64Array.of(c, s, c, s), weight }, { shape: Float64Array.of(-s, c, -s, c), weight }]);
   [c, s].forEach((v, i) => near(Math.abs(shapes[0]![i]!), v, 1e-12));
   near(at[0]![0]! * at[1]![0]! + at[0]![1]! * at[1]![1]!, 0, 1e-12);
 });
@@ -171,6 +172,27 @@ test("a chain of two masses has its closed-form modes, pairs and misfit", () => 
   const held = model.predict({ theta: Float64Array.of(100, 30, 0), extras: [{ node: 1, mass: 0, stiffness: 1e9 }] }) as Prediction;
   near(held.hz[0]!, Math.sqrt(130 - 900 / 1e9) / (2 * Math.PI), 1e-6);
   assert.deepEqual(reach(model, extra, 9, 2), null);
+});
+
+test("modes of one space agree with a test that mixes them, as a fault does when it is taken out", () => {
+  const live = chain(), c = Math.cos(0.3), s = Math.sin(0.3), r = Math.SQRT1_2;
+  const mixed = (a: number, b: number) => [r * (a + b), r * (a - b)] as const;
+  live.test.forEach((t, j) => { t.shape = text(...(j ? mixed(-s, c) : mixed(c, s))); t.shape_sd = text(0.01, 0.01); });
+  const apart = new LiveModel(live).predict(at(100, 30, 0)) as Prediction;
+  assert.ok(apart.mac[0]! < 0.95 && apart.ofShape[0]! > 50);
+  const none = () => ({ at: [], values: text() });
+  live.hypotheses.push({
+    ...live.hypotheses[0]!, id: "modes-mixed", sizes: [], estimates: [],
+    test: { is_angle: false, frequency: none(), frequency_sd: none(), shape: none(), shape_sd: none(), sensors: none(), spaces: ["both", "both"], remedy: "" },
+  });
+  const corrected = new LiveModel(live).predict({ ...at(100, 30, 0), faults: [1] }) as Prediction;
+  live.test.forEach((t) => { t.space = "both"; });
+  for (const p of [corrected, new LiveModel(live).predict(at(100, 30, 0)) as Prediction]) {
+    assert.deepEqual([...p.partner], [0, 1]);
+    near(p.mac[0]!, 1, 1e-12);
+    near(p.ofShape[0]! + p.ofShape[1]!, 0, 1e-12);
+    near(p.hz[0]!, apart.hz[0]!, 1e-13);
+  }
 });
 
 test("a state goes into an address and comes back, and hostile addresses do no harm", () => {

@@ -1266,6 +1266,10 @@ export interface LiveTestEdit {
    */
   sensors: LiveEntries;
   /**
+   * The space that each mode is of then; empty where none has another.
+   */
+  spaces?: (string | null)[];
+  /**
    * What to do about the fault.
    */
   remedy: string;
@@ -1345,6 +1349,10 @@ export interface LiveTestMode {
    * Symmetry, where it is known.
    */
   family?: string;
+  /**
+   * Modes of one name here are one space: they are compared as what they span.
+   */
+  space?: string;
   /**
    * What is settled about its partner.
    */

@@ -5,7 +5,7 @@ import type { LiveEntries, LiveTestEdit } from "../types";
 
 /** What the page compares with. */
 export interface Seen { test: SeenMode[]; sensors: Float64Array }
-export interface SeenMode { hz: number; sd: number; shape: Float64Array; weight: Float64Array; followed: Float64Array; alone: boolean }
+export interface SeenMode { hz: number; sd: number; space: string | null; shape: Float64Array; weight: Float64Array; followed: Float64Array; alone: boolean }
 
 /** Calls `set` with each entry and its value at the number g. */
 function each(entries: LiveEntries, isAngle: boolean, g: number, set: (k: number, value: number) => void): void {
@@ -23,5 +23,6 @@ export function edited({ test, sensors }: Seen, edit: LiveTestEdit, g: number): 
   each(edit.shape, edit.is_angle, g, (k, v) => { const [t, i] = at(k); if (t && i < t.shape.length) t.shape[i] = v; });
   each(edit.shape_sd, edit.is_angle, g, (k, v) => { const [t, i] = at(k); if (t && i < t.weight.length) t.weight[i] = 1 / v; });
   each(edit.sensors, edit.is_angle, g, (k, v) => { rows[k] = v; });
+  (edit.spaces ?? []).forEach((space, k) => { if (space != null && k < m) out[k]!.space = space; });
   return { test: out, sensors: rows };
 }

@@ -91,7 +91,7 @@ export class LiveModel {
     this.nodes = floats(live.displacement);
     this.symmetry = live.symmetry ? { mirror: doubles(live.symmetry.mirror), gram: doubles(live.symmetry.gram) } : null;
     const test = live.test.map((m) => ({
-      hz: m.frequency_hz, sd: m.frequency_sd, shape: doubles(m.shape), weight: doubles(m.shape_sd).map((s) => 1 / s),
+      hz: m.frequency_hz, sd: m.frequency_sd, space: m.space ?? null, shape: doubles(m.shape), weight: doubles(m.shape_sd).map((s) => 1 / s),
       followed: doubles(m.followed), alone: m.followed_alone ?? false,
     }));
     this.given = this.seen = { test, sensors: doubles(live.sensors) };
@@ -213,27 +213,9 @@ export class LiveModel {
     }, this.given);
   }
 
-  /** Everything that the page shows at a point; with a line, the frequency response along it by the sum of all modes. */
-  predict(at: Point, line?: Line): Prediction | Unstable {
-    const found = this.modes(at, line ? this.n : this.live.n_elastic);
-    if ("unstable" in found) return found;
-    this.look(at);
-    const m = this.seen.test.length, few = this.live.n_elastic;
-    // Before close modes are turned: a sum over modes wants them as they are.
-    const residue = (shape: Float64Array): number => this.reads(line!.response, shape) * this.reads(line!.reference, shape);
-    const summands = line && { rigid: found.rigid.map(residue), elastic: found.shapes.map(residue), hz: found.hz };
-    const hz = found.hz.subarray(0, few), shapes = found.shapes.slice(0, few);
-    let atSensors = shapes.map((s) => this.atSensors(s));
-    let families = shapes.map((s) => this.family(s));
-    const tests = this.seen.test.map((t) => t.shape), hasShapes = tests.some((t) => t.length > 0);
-    const close = clusters(hz, this.seen.test.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
-    if (hasShapes && close.length) {
-      for (const cluster of close) turn(cluster, atSensors, shapes, tests);
-      families = shapes.map((s) => this.family(s));
-    }
-    const norms = atSensors.map((s) => s.reduce((sum, v) => sum + v * v, 0)), least = UNSEEN ** 2 * Math.max(0, ...norms);
-    atSensors = atSensors.map((s, i) => (norms[i]! < least ? new Float64Array(s.length) : s));
-    const mac = new Float64Array(hz.length * m), likeness = new Float64Array(hz.length * m);
+  /** MAC of the modes with the test modes, a row for each mode, and the partner of each test mode. */
+  private pairs(hz: Float64Array, all: Float64Array[], shapes: Float64Array[], families: (string | null)[]): { mac: Float64Array; partner: Int32Array } {
+    const atSensors = seen(all), m = this.seen.test.length, mac = new Float64Array(hz.length * m), likeness = new Float64Array(hz.length * m);
     for (let i = 0; i < hz.length; i++) {
       this.seen.test.forEach((t, j) => {
         const own = assurance(atSensors[i]!, t.shape);
@@ -248,6 +230,42 @@ export class LiveModel {
     }
     const partner = pair(likeness, { frequencies: hz, families }, { frequencies: this.seen.test.map((t) => t.hz), families: this.live.test.map((t) => t.family ?? null) },
       this.live.pairing, this.live.test.map((t) => t.plan));
+    return { mac, partner };
+  }
+
+  /** Everything that the page shows at a point; with a line, the frequency response along it by the sum of all modes. */
+  predict(at: Point, line?: Line): Prediction | Unstable {
+    const found = this.modes(at, line ? this.n : this.live.n_elastic);
+    if ("unstable" in found) return found;
+    this.look(at);
+    const m = this.seen.test.length, few = this.live.n_elastic;
+    // Before close modes are turned: a sum over modes wants them as they are.
+    const residue = (shape: Float64Array): number => this.reads(line!.response, shape) * this.reads(line!.reference, shape);
+    const summands = line && { rigid: found.rigid.map(residue), elastic: found.shapes.map(residue), hz: found.hz };
+    const hz = found.hz.subarray(0, few), shapes = found.shapes.slice(0, few);
+    let atSensors = shapes.map((s) => this.atSensors(s));
+    let families = shapes.map((s) => this.family(s));
+    const tests = this.seen.test, hasShapes = tests.some((t) => t.shape.length > 0);
+    const close = clusters(hz, tests.map((t) => t.hz), hasShapes, (i, j) => families[i] === families[j]);
+    if (hasShapes && close.length) {
+      for (const cluster of close) turn(cluster, atSensors, shapes, tests);
+      families = shapes.map((s) => this.family(s));
+    }
+    let { mac, partner } = this.pairs(hz, atSensors, shapes, families);
+    // Modes of one space have their partners by the shapes as they are, and are turned then.
+    const spaces = [...new Set(tests.flatMap((t) => (t.space != null && t.shape.length ? [t.space] : [])))];
+    for (const space of spaces) {
+      const own = tests.flatMap((t, j) => (t.space === space && t.shape.length ? [j] : []));
+      if (own.length < 2) continue;
+      const partners = own.flatMap((j) => (partner[j]! < 0 ? [] : [partner[j]!])), shared = close.filter((c) => c.some((k) => partners.includes(k)));
+      const cluster = [...new Set([...partners, ...shared.flat()])].sort((a, b) => a - b);
+      turn(cluster, atSensors, shapes, tests.map((t, j) => (own.includes(j) ? t : { shape: new Float64Array(), weight: t.weight })));
+    }
+    if (spaces.length) {
+      families = shapes.map((s) => this.family(s));
+      ({ mac, partner } = this.pairs(hz, atSensors, shapes, families));
+    }
+    atSensors = seen(atSensors);
     const ofFrequency = new Float64Array(m), ofShape = new Float64Array(m);
     this.seen.test.forEach((t, j) => {
       const i = partner[j]!;
@@ -283,6 +301,12 @@ export function assurance(a: Float64Array, x: Float64Array): number {
 }
 
 /** The scale c of a shape with the least Σ ((c φ - t)/σ)². */
+/** Shapes at the sensors, zero where no sensor sees a mode. */
+function seen(atSensors: Float64Array[]): Float64Array[] {
+  const norms = atSensors.map((s) => s.reduce((sum, v) => sum + v * v, 0)), least = UNSEEN ** 2 * Math.max(0, ...norms);
+  return atSensors.map((s, i) => (norms[i]! < least ? new Float64Array(s.length) : s));
+}
+
 function shapeScale(phi: Float64Array, test: Float64Array, weight: Float64Array): number {
   let cross = 0, own = 0;
   for (let k = 0; k < test.length; k++) {
