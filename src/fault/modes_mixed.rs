@@ -81,7 +81,9 @@ impl Fault for ModesMixed {
                 let numbers: Vec<String> = space.iter().map(|m| (m + 1).to_string()).collect();
                 format!("modes {}", numbers.join("+"))
             });
-            space.iter().for_each(|&m| modes[m].space = Some(name.clone()));
+            for &m in space {
+                modes[m].space = Some(name.clone());
+            }
         }
     }
 }

@@ -49,7 +49,7 @@ pub fn mixed_modes(comparison: &Comparison<'_>, a: &Assessment) -> Result<Vec<Cl
             let (analytical, experimental) = (of(&group.analytical), of(&group.experimental));
             let spans = (p.at_sensors.select_columns(&analytical), comparison.shapes().select_columns(&experimental));
             let angles = principal_angles(&spans.0, &spans.1)?;
-            found.push(CloseModes { analytical, experimental, lowest_subspace_mac, angles, ..group });
+            found.push(CloseModes { analytical, experimental, angles, lowest_subspace_mac, ..group });
         }
     }
     Ok(found)
