@@ -15,7 +15,7 @@ use super::problem::scene::Scene;
 use super::result::{ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
-use super::search::hypothesis::{Refit, Tried};
+use super::search::hypothesis::{Refit, Tried, leaving_noise};
 use super::search::one_cause::{OneCause, one_cause_of};
 use super::search::singles::refit;
 use super::settings::Settings;
@@ -255,15 +255,10 @@ pub(super) fn investigate(
         found.diagnosis.is_partial = true;
         let so_far = match found.diagnosis.verdict {
             Verdict::Unexplained => {
-                let mut explains = None;
-                for r in &found.refits {
-                    if explains.is_none() && r.ln_bayes > STRONG && r.leaves_noise()? {
-                        explains = Some(r.id(&found.base.scene));
-                    }
-                }
-                match explains {
-                    Some(id) => format!(
-                        "{id} leaves no more than noise, but what else does was not asked: give it more time before it is believed"
+                match leaving_noise(found.refits.iter().filter(|r| r.ln_bayes > STRONG))? {
+                    Some(r) => format!(
+                        "{} leaves no more than noise, but what else does was not asked: give it more time before it is believed",
+                        r.id(&found.base.scene)
                     ),
                     None => "nothing that was tried by then explains the test: give it more time before anything else is doubted"
                         .to_string(),

@@ -36,7 +36,7 @@ mod tests;
 pub use at::At;
 pub use bench::response_of;
 pub use bench::{Bench, SingleTest, Tests};
-pub use modes_mixed::mixture_sd;
+pub use modes_mixed::{MIXED_WITHIN, mixture_sd};
 pub use placed::LOOSE;
 pub use placed::{FaultError, PlacedFault};
 

@@ -20,7 +20,7 @@ use crate::data::{TestData, TestMode};
 /// Standard deviation of the coupling κ: what imperfections of a structure, as wall thickness and straightness of a tube, move λ by.
 const COUPLING: f64 = 0.01;
 /// Neighbouring modes of a larger relative distance are not mixed by imperfections: at this one by a tenth of a radian.
-const FARTHEST: f64 = 0.05;
+pub const MIXED_WITHIN: f64 = 0.05;
 /// Most that is thought of the angle: a right angle exchanges the modes.
 const MOST_SD: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -95,7 +95,7 @@ fn close_modes(test: &TestData) -> Vec<Vec<usize>> {
         .filter(|&m| test.modes[m].shape.is_some() && !test.modes[m].standing.is_aside())
         .collect();
     by_frequency.sort_by(|&a, &b| frequency(test, a).total_cmp(&frequency(test, b)));
-    let is_close = |a: &usize, b: &usize| distance(test, *a, *b) < FARTHEST;
+    let is_close = |a: &usize, b: &usize| distance(test, *a, *b) < MIXED_WITHIN;
     by_frequency
         .chunk_by(is_close)
         .filter(|run| run.len() > 1)

@@ -108,10 +108,15 @@ pub(super) fn turn(
     tests: Measured<'_>,
 ) -> Option<DMatrix<f64>> {
     let q = turning(&at_sensors.select_columns(cluster), tests)?;
-    let columns: Vec<usize> = cluster.iter().map(|k| modes.n_rigid + k).collect();
-    let turned = modes.shapes.select_columns(&columns) * &q;
-    columns.iter().zip(turned.column_iter()).for_each(|(&column, shape)| modes.shapes.set_column(column, &shape));
+    turn_by(modes, cluster, &q);
     Some(q)
+}
+
+/// Φ -> Φ Q of a cluster.
+pub(super) fn turn_by(modes: &mut Modes, cluster: &[usize], q: &DMatrix<f64>) {
+    let columns: Vec<usize> = cluster.iter().map(|k| modes.n_rigid + k).collect();
+    let turned = modes.shapes.select_columns(&columns) * q;
+    columns.iter().zip(turned.column_iter()).for_each(|(&column, shape)| modes.shapes.set_column(column, &shape));
 }
 
 /// Test shapes to which others are turned.
@@ -268,36 +273,18 @@ fn nearest_orthogonal(b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::correlation::{PairBy, PairingOptions};
-    use crate::data::{TestData, read_test};
+    use crate::data::TestData;
     use crate::model::{ParametricModel, Registry, load};
     use crate::objective::batch::BatchPath;
+    use crate::objective::mast::{MAST, OPEN, sensors};
     use crate::objective::{Comparison, LeastSquares, Objective, Scaling, difference};
     use crate::update::{TwinOptions, assess, twin_modes};
     use std::sync::Arc;
 
-    const MAST: &str = "
-retune: 1
-name: mast
-parameters:
-  E: {value: 205 GPa, bounds: [170 GPa, 230 GPa]}
-  tip: {value: 2 kg, bounds: [1 kg, 4 kg]}
-nodes: {n0: [0, 0, 0], n1: [0, 0, 0.5], n2: [0, 0, 1], n3: [0, 0, 1.5], n4: [0, 0, 2]}
-sections: {tube: {E: E, nu: 0.3, density: 7850 kg/m3, shape: {tube: {diameter: 50 mm, wall: 3 mm}}}}
-beams: {mast: {chain: [n0, n1, n2, n3, n4], section: tube, subdivide: 2}}
-masses: {tip: {node: n4, mass: tip}}
-supports: {base: {node: n0}}
-";
-
     /// The modes of the mast in planes that stand at some angles to its axes.
     fn test(angles: &[f64]) -> TestData {
         let model = load(MAST, &Registry::builtin()).unwrap().0;
-        let sensors: String =
-            (1..=4).flat_map(|k| ["x", "y"].map(|d| format!("  s{k}{d}: {{node: n{k}, direction: +{d}}}\n"))).collect();
-        let text = format!(
-            "retune_test: 1\nname: t\nsources: {{s: {{kind: synthetic, text: made up}}}}\nsensors:\n{sensors}modes: []\n"
-        );
-        let sensors = read_test(&text).unwrap().0.sensors;
+        let sensors = sensors();
         let options = TwinOptions { n_modes: 2 * angles.len(), ..TwinOptions::default() };
         let mut test = twin_modes(&model, &model.parameters().nominal(), &sensors, &options, "made up").unwrap();
         for (k, angle) in angles.iter().enumerate() {
@@ -314,9 +301,6 @@ supports: {base: {node: n0}}
         }
         test
     }
-
-    const OPEN: PairingOptions =
-        PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
 
     #[test]
     fn double_modes_agree_with_a_test_in_any_plane() {

@@ -284,17 +284,18 @@ impl<'a> Comparison<'a> {
         let elastic = modes.elastic();
         let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
         let sensors = self.sensors_at(theta)?;
+        let read = |modes: &Modes| &*sensors * modes.shapes.columns(elastic.start, elastic.len());
         let mut families = self.families_of(&modes);
         let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
-            let at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+            let at_sensors = read(&modes);
             clusters = seen(clusters, &at_sensors);
             for cluster in &clusters {
                 turn(&mut modes, cluster, &at_sensors, self.measured(None));
             }
             families = self.families_of(&modes);
         }
-        let mut at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+        let mut at_sensors = read(&modes);
         hide_unseen(&mut at_sensors);
         let mut mac = mac_with(&at_sensors, &self.shapes);
         let mut pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
@@ -316,7 +317,7 @@ impl<'a> Comparison<'a> {
         }
         if !turns.is_empty() {
             families = self.families_of(&modes);
-            at_sensors = &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+            at_sensors = read(&modes);
             hide_unseen(&mut at_sensors);
             mac = mac_with(&at_sensors, &self.shapes);
             pairs = self.pair(&mac, &modes, &frequencies_hz, &families);

@@ -11,6 +11,8 @@ mod decision;
 mod followed;
 mod least_squares;
 mod loss;
+#[cfg(test)]
+mod mast;
 mod paper;
 mod point;
 mod prediction;

@@ -3,7 +3,7 @@
 //! Their partners in the model are found by the shapes as they are, then turned to the measured ones as [modes that are nearly
 //! double](super::close_modes) are: Φ -> Φ Q. The frequencies stay, and so do their slopes, which are those of the modes before they are turned.
 
-use super::close_modes::{Measured, seen, turn};
+use super::close_modes::{Measured, seen, turn, turn_by};
 use crate::data::TestData;
 use crate::linalg::DMatrix;
 use crate::modal::{ModeDerivative, Modes};
@@ -26,16 +26,9 @@ impl Turn {
 
     /// Modes with the shapes of this cluster as they were.
     pub(super) fn undone(&self, modes: &Modes) -> Modes {
-        let columns = self.columns(modes);
         let mut out = modes.clone();
-        let before = modes.shapes.select_columns(&columns) * self.q.transpose();
-        columns.iter().zip(before.column_iter()).for_each(|(&c, shape)| out.shapes.set_column(c, &shape));
+        turn_by(&mut out, &self.cluster, &self.q.transpose());
         out
-    }
-
-    /// The columns of its modes among all shapes.
-    pub(super) fn columns(&self, modes: &Modes) -> Vec<usize> {
-        self.cluster.iter().map(|k| modes.n_rigid + k).collect()
     }
 
     /// Derivatives of its modes as turned, from those of the modes before, in the order of the cluster.
@@ -80,42 +73,25 @@ pub(super) fn turn_space(
 
 #[cfg(test)]
 mod tests {
-    use crate::correlation::{PairBy, PairingOptions};
-    use crate::data::{TestData, read_test};
+    use crate::data::TestData;
     use crate::linalg::DVector;
     use crate::model::{Model, ParametricModel, Registry, load};
+    use crate::objective::mast::{MAST, OPEN, sensors};
     use crate::objective::{Comparison, LeastSquares, Objective, Scaling, difference};
     use crate::update::{TwinOptions, assess, twin_modes};
 
-    /// A mast that is a little stiffer in one plane: pairs of modes 2 % apart.
-    const MAST: &str = "
-retune: 1
-name: mast
-parameters:
-  E: {value: 205 GPa, bounds: [170 GPa, 230 GPa]}
-  tip: {value: 2 kg, bounds: [1 kg, 4 kg]}
-nodes: {n0: [0, 0, 0], n1: [0, 0, 0.5], n2: [0, 0, 1], n3: [0, 0, 1.5], n4: [0, 0, 2]}
-sections: {bar: {E: E, nu: 0.3, density: 7850 kg/m3, shape: {rectangle: {width: 50 mm, height: 51 mm}}}}
-beams: {mast: {chain: [n0, n1, n2, n3, n4], section: bar, subdivide: 2}}
-masses: {tip: {node: n4, mass: tip}}
-supports: {base: {node: n0}}
-";
-    const OPEN: PairingOptions =
-        PairingOptions { by: PairBy::Mac, min_mac: 0.0, frequency_window: f64::INFINITY, same_family_only: true };
     const ANGLE: f64 = 0.3;
 
+    /// A mast that is a little stiffer in one plane: pairs of modes 2 % apart.
     fn mast() -> Model {
-        load(MAST, &Registry::builtin()).unwrap().0
+        let bar = "shape: {rectangle: {width: 50 mm, height: 51 mm}}";
+        let text = MAST.replace("shape: {tube: {diameter: 50 mm, wall: 3 mm}}", bar);
+        assert!(text.contains(bar));
+        load(&text, &Registry::builtin()).unwrap().0
     }
 
     /// Four modes, the pairs turned by an angle; of one space each where that is said.
     fn test(model: &Model, noise: f64, seed: u64, are_spaces: bool) -> TestData {
-        let sensors: String =
-            (1..=4).flat_map(|k| ["x", "y"].map(|d| format!("  s{k}{d}: {{node: n{k}, direction: +{d}}}\n"))).collect();
-        let text = format!(
-            "retune_test: 1\nname: t\nsources: {{s: {{kind: synthetic, text: made up}}}}\nsensors:\n{sensors}modes: []\n"
-        );
-        let sensors = read_test(&text).unwrap().0.sensors;
         let options = TwinOptions {
             n_modes: 4,
             frequency_noise: 0.1 * noise,
@@ -124,7 +100,7 @@ supports: {base: {node: n0}}
             faults: vec!["modes-mixed@mode 1+mode 2, mode 3+mode 4=0.02".parse().unwrap()],
             ..TwinOptions::default()
         };
-        let mut test = twin_modes(model, &model.parameters().nominal(), &sensors, &options, "made up").unwrap();
+        let mut test = twin_modes(model, &model.parameters().nominal(), &sensors(), &options, "made up").unwrap();
         for (k, mode) in test.modes.iter_mut().enumerate() {
             mode.label = None;
             mode.frequency_hz.sd = 0.003 * mode.frequency_hz.value;

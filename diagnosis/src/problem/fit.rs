@@ -36,10 +36,9 @@ pub(crate) struct Fit {
     pub(crate) unpaired: Vec<usize>,
     /// Whether each measured mode is aside: foreign, or left out.
     pub(crate) aside: Vec<bool>,
-    /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle.
-    pub(crate) turned: Vec<(usize, usize)>,
-    /// Of those that the test says are one space, with the angle, rad.
-    pub(crate) mixed: Vec<(usize, usize, f64)>,
+    /// Pairs of measured modes whose partners are so close that their shapes are turned to the test: each has a free angle, rad, which is told of
+    /// those that the test says are one space.
+    pub(crate) turned: Vec<(usize, usize, Option<f64>)>,
     /// Frequencies of modes that each test should have seen, Hz.
     pub(crate) missed: Vec<Vec<f64>>,
 }
@@ -76,7 +75,6 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
     let mut unpaired = Vec::new();
     let mut aside = vec![false; m];
     let mut turned = Vec::new();
-    let mut mixed = Vec::new();
     let mut unseen = Vec::new();
     for part in &posed.parts {
         let prediction = part.comparison.predict(&theta)?;
@@ -86,11 +84,8 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
             let is_in = |k: &usize| prediction.partner(*k).is_some_and(|a| cluster.contains(&a));
             let own: Vec<usize> = (0..n_own).filter(is_in).map(|k| part.first_mode + k).collect();
             let pairs = own.iter().enumerate().flat_map(|(i, &a)| own[i + 1..].iter().map(move |&b| (a, b)));
-            for (a, b) in pairs {
-                turned.push((a, b));
-                let angle = prediction.mixture(a - part.first_mode, b - part.first_mode);
-                mixed.extend(angle.map(|angle| (a, b, angle)));
-            }
+            let angle = |a: usize, b: usize| prediction.mixture(a - part.first_mode, b - part.first_mode);
+            turned.extend(pairs.map(|(a, b)| (a, b, angle(a, b))));
         }
         for (k, tested) in part.comparison.test().modes.iter().enumerate() {
             let mode = part.first_mode + k;
@@ -133,7 +128,6 @@ fn at(posed: &Posed<'_>, x: DVector<f64>) -> Result<Fit, DiagnosisError> {
         unpaired,
         aside,
         turned,
-        mixed,
         missed: unseen,
     })
 }
@@ -154,7 +148,7 @@ impl Fit {
                 columns.push(scale);
             }
         }
-        columns.extend(self.turned.iter().filter_map(|&(a, b)| self.angle_direction(a, b)));
+        columns.extend(self.turned.iter().filter_map(|&(a, b, _)| self.angle_direction(a, b)));
         if columns.is_empty() {
             return Ok(DMatrix::zeros(self.rows.len(), 0));
         }

@@ -371,10 +371,8 @@ impl Across<'_> {
         let mut z = pencil.solve(-sigma, forces).map_err(|e| singular(&e))?;
         let along = tall_tr_mul(m_shapes, &z);
         tall_take(&mut z, shapes, &along);
-        let cluster = prediction.clusters.iter().find(|c| c.contains(&elastic));
-        let is_turned = |j: usize| {
-            j.checked_sub(modes.n_rigid).is_some_and(|mode| cluster.is_some_and(|cluster| cluster.contains(&mode)))
-        };
+        let cluster = prediction.clusters.iter().find(|c| c.contains(&elastic)).map_or(&[][..], Vec::as_slice);
+        let is_turned = |j: usize| cluster.iter().any(|mode| modes.n_rigid + mode == j);
         for (j, phi) in shapes.column_iter().enumerate() {
             if j == own || is_turned(j) {
                 continue;

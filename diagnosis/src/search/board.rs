@@ -1,6 +1,6 @@
 //! What has been found at a stage.
 
-use super::hypothesis::Refit;
+use super::hypothesis::{Refit, leaving_noise};
 use super::look::by_size;
 use super::spread::Fitted;
 use crate::error::DiagnosisError;
@@ -73,12 +73,7 @@ impl<'a> Board<'a> {
 
     /// Whether any hypothesis that is better than the base leaves no more than noise.
     pub(crate) fn leaves_noise(&self) -> Result<bool, DiagnosisError> {
-        for r in self.found.hypotheses.iter().filter(|r| r.ln_bayes > 0.0) {
-            if r.leaves_noise()? {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+        Ok(leaving_noise(self.found.hypotheses.iter().filter(|r| r.ln_bayes > 0.0))?.is_some())
     }
 
     /// How many hypotheses were fitted so far, and what that took.

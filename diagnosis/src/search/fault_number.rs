@@ -212,7 +212,8 @@ impl Numbered<'_> {
         let (test, weight) = (&self.stage.scene.test, self.stage.weight);
         let own = self.fault.at.modes();
         let mut told = Told::default();
-        for &(a, b, angle) in self.fit.mixed.iter().filter(|(a, b, _)| own.contains(a) && own.contains(b)) {
+        let mixed = self.fit.turned.iter().filter_map(|&(a, b, angle)| Some((a, b, angle?)));
+        for (a, b, angle) in mixed.filter(|(a, b, _)| own.contains(a) && own.contains(b)) {
             let sd = mixture_sd(test, a, b);
             let h = weight * weight * self.fit.angle_slope(a, b).norm_squared() + sd.powi(-2);
             told.ln_number -= cost_of_number(angle, sd, h);

@@ -93,6 +93,16 @@ impl Refit {
     }
 }
 
+/// The first of some hypotheses that leaves noise.
+pub(crate) fn leaving_noise<'a>(of: impl IntoIterator<Item = &'a Refit>) -> Result<Option<&'a Refit>, DiagnosisError> {
+    for r in of {
+        if r.leaves_noise()? {
+            return Ok(Some(r));
+        }
+    }
+    Ok(None)
+}
+
 /// Estimates of all free parameters with 90 % intervals, clipped to the bounds; in the order of the model.
 pub(crate) fn all_estimates(scene: &Scene, fit: &Fit) -> Result<Vec<Estimate>, DiagnosisError> {
     let (_, covariance) = fit.hessian()?;

@@ -28,7 +28,7 @@ use crate::screen::noise::{whiteness, worst_shape};
 use crate::screen::stage::Stage;
 use crate::search::board::{Refits, merge};
 use crate::search::fault_first::fault_first;
-use crate::search::hypothesis::{Refit, Tried, without_between};
+use crate::search::hypothesis::{Refit, Tried, leaving_noise, without_between};
 use crate::search::joint::{WithFirst, together};
 use crate::search::pairs::{Pair, pair};
 use crate::search::prior::{Odds, ln_odds_of_noise, ln_odds_of_none};
@@ -467,12 +467,8 @@ fn beside(on_first: &Stage, first: &Refit) -> Result<Vec<Refit>, DiagnosisError>
     if matches!(first.tried, Tried::Effect(_)) {
         return Ok(more);
     }
-    for r in more.iter().filter(|r| r.ln_bayes > STRONG) {
-        if r.leaves_noise()? {
-            return Ok(more);
-        }
-    }
-    Ok(refit(on_first, false)?.hypotheses)
+    let is_explained = leaving_noise(more.iter().filter(|r| r.ln_bayes > STRONG))?.is_some();
+    if is_explained { Ok(more) } else { Ok(refit(on_first, false)?.hypotheses) }
 }
 
 /// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.
@@ -504,12 +500,7 @@ pub(crate) fn better_than_noise(base: &Stage, refits: &[Refit]) -> Result<bool, 
     let odds_of_noise = ln_odds_of_none() + ln_odds_of_noise(s2.sqrt());
     let noise = odds_of_noise + 0.5 * (chi2 * (1.0 - 1.0 / s2) - n * s2.ln() - n.ln());
     let odds = Odds::new(base);
-    for r in refits.iter().filter(|r| odds.weight(r) > noise) {
-        if r.leaves_noise()? {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+    Ok(leaving_noise(refits.iter().filter(|r| odds.weight(r) > noise))?.is_some())
 }
 
 /// The result of one refitted hypothesis, ties and probability to be filled in.

@@ -2,11 +2,10 @@
 
 use super::Assessment;
 use crate::correlation::{CloseModes, ModeList, assess_close_modes, principal_angles, subspace_mac};
+use crate::fault::MIXED_WITHIN;
 use crate::linalg::LinalgError;
 use crate::objective::Comparison;
 
-/// Relative distance of frequencies below which imperfections mix shapes, as of the fault `modes-mixed`.
-const CLOSE: f64 = 0.05;
 /// A MAC that a right model keeps unless its shapes are mixed.
 const AGREES: f64 = 0.95;
 /// Of what the worst shape lacks alone, the share that it may lack as part of the space.
@@ -26,7 +25,7 @@ pub fn mixed_modes(comparison: &Comparison<'_>, a: &Assessment) -> Result<Vec<Cl
     let (model, test) = (list(&p.frequencies_hz), list(&measured));
     let mut paired = p.pairs.clone();
     paired.pairs.retain(|pair| modes[pair.experimental].shape.is_some());
-    let groups = assess_close_modes(&p.at_sensors, &model, comparison.shapes(), &test, &paired, CLOSE)?;
+    let groups = assess_close_modes(&p.at_sensors, &model, comparison.shapes(), &test, &paired, MIXED_WITHIN)?;
     let mut found = Vec::new();
     for group in groups.into_iter().filter(|g| g.lowest_mac < AGREES) {
         let mac = |k: usize| p.mac[(group.analytical[k], group.experimental[k])];

@@ -56,13 +56,7 @@ const SEARCH: &[Step] = &[
 /// * `few` - the best of the screening alone, and fewer of them
 pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> {
     let mut board = Board::new(stage, if few { stage.effort().best / 2 } else { stage.effort().best }, few)?;
-    for step in SEARCH {
-        if !stage.settings.until.is_over() && (step.when)(&board)? {
-            let before = board.work();
-            (step.take)(&mut board)?;
-            stage.settings.listener.took(&board.told(step.name, before));
-        }
-    }
+    take_steps(&mut board, SEARCH)?;
     Ok(sorted(board))
 }
 
@@ -72,21 +66,26 @@ pub(crate) fn refit(stage: &Stage, few: bool) -> Result<Refits, DiagnosisError> 
 /// * `before` - what was found at the same base
 pub(crate) fn weighed_anew(stage: &Stage, before: &Refits) -> Result<Refits, DiagnosisError> {
     let mut board = Board::new(stage, stage.effort().best, false)?;
-    for step in [screened::STEP, every_part::STEP] {
-        if !stage.settings.until.is_over() && (step.when)(&board)? {
-            let work = board.work();
-            if board.found.hypotheses.is_empty() {
-                let mut known: Vec<&Refit> = before.hypotheses.iter().collect();
-                known.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
-                let known = known.into_iter().take(KNOWN * stage.effort().best);
-                let known: Vec<_> = known.map(|r| (&r.tried, Some(r.fit.x.clone()))).collect();
-                board.add(refit_begun(stage, &known, &[])?);
-            }
-            (step.take)(&mut board)?;
-            stage.settings.listener.took(&board.told(step.name, work));
+    let mut known: Vec<&Refit> = before.hypotheses.iter().collect();
+    known.sort_by(|a, b| b.ln_bayes.total_cmp(&a.ln_bayes));
+    known.truncate(KNOWN * stage.effort().best);
+    let known: Vec<_> = known.into_iter().map(|r| (&r.tried, Some(r.fit.x.clone()))).collect();
+    board.add(refit_begun(stage, &known, &[])?);
+    take_steps(&mut board, &[screened::STEP, every_part::STEP])?;
+    Ok(sorted(board))
+}
+
+/// Takes the steps that are worth it.
+fn take_steps(board: &mut Board<'_>, steps: &[Step]) -> Result<(), DiagnosisError> {
+    let stage = board.stage;
+    for step in steps {
+        if !stage.settings.until.is_over() && (step.when)(board)? {
+            let before = board.work();
+            (step.take)(board)?;
+            stage.settings.listener.took(&board.told(step.name, before));
         }
     }
-    Ok(sorted(board))
+    Ok(())
 }
 
 /// How many times as many hypotheses as are fitted at first are fitted once more at other noise.

@@ -300,13 +300,13 @@ export function assurance(a: Float64Array, x: Float64Array): number {
   return na > 0 && nx > 0 ? Math.min((cross * cross) / na / nx, 1) : 0;
 }
 
-/** The scale c of a shape with the least Σ ((c φ - t)/σ)². */
 /** Shapes at the sensors, zero where no sensor sees a mode. */
 function seen(atSensors: Float64Array[]): Float64Array[] {
   const norms = atSensors.map((s) => s.reduce((sum, v) => sum + v * v, 0)), least = UNSEEN ** 2 * Math.max(0, ...norms);
   return atSensors.map((s, i) => (norms[i]! < least ? new Float64Array(s.length) : s));
 }
 
+/** The scale c of a shape with the least Σ ((c φ - t)/σ)². */
 function shapeScale(phi: Float64Array, test: Float64Array, weight: Float64Array): number {
   let cross = 0, own = 0;
   for (let k = 0; k < test.length; k++) {
