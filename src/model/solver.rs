@@ -3,7 +3,7 @@
 use super::system::{SparseSystem, System};
 use super::{DofMap, MOST_DENSE_DOFS, ModelError, ParametricModel};
 use crate::linalg::sparse::{SparsePlan, SparseSym};
-use crate::linalg::{DMatrix, DVector, ShiftedPencil};
+use crate::linalg::{DMatrix, DVector, LinalgError, ShiftedPencil};
 use crate::modal::{self, Effort, MatrixDerivative, ModeDerivative, Modes, Neighbour, SolveOptions};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -219,9 +219,9 @@ impl ModalSolver {
         let own = if covers(&solved.plan, &system) { None } else { Some(Arc::new(plan(model, &system)?)) };
         let plan = own.as_ref().unwrap_or(&solved.plan);
         let solved = modal::solve_sparse(plan, k, m, &self.rigid_motions, options, Some(near));
-        // Shapes and shift of a neighbour that is far away may leave a value that is not a mode's: negative ones are looked at from nothing.
+        // Shapes and shift of a neighbour that is far away may leave a value that is not a mode's: it is looked at from nothing.
         let (modes, _) = match solved {
-            Err(modal::ModalError::Unstable { .. }) => {
+            Err(modal::ModalError::Unstable { .. } | modal::ModalError::Linalg(LinalgError::NoConvergence { .. })) => {
                 let afresh = SolveOptions { shift: None, ..options };
                 modal::solve_sparse(plan, k, m, &self.rigid_motions, afresh, None)?
             }

@@ -51,7 +51,7 @@ pub(super) struct Orthonormal {
     pub(super) r: Small,
     /// Coefficients along each of the given blocks.
     pub(super) coefficients: Vec<Small>,
-    /// Whether nothing is left of the block.
+    /// Whether nothing is left of the block, nor of random vectors: the given blocks span all.
     pub(super) is_empty: bool,
 }
 
@@ -89,7 +89,8 @@ pub(super) fn orthonormalise(
     let mut r = identity();
     let mut dropped = [false; WIDTH];
     let mut parts = vec![[[0.0; WIDTH]; WIDTH]; blocks.len()];
-    for _ in 0..6 {
+    let mut is_empty = false;
+    for _ in 0..MOST_PASSES {
         multiply(m, w, mw);
         grams(blocks, mw, &mut parts);
         subtract(w, blocks, &parts);
@@ -124,6 +125,7 @@ pub(super) fn orthonormalise(
             normalise(m, w, mw, &lost);
         }
         let settled = lost.iter().all(|&l| dropped[l]) && factor.worst > 1e-4;
+        is_empty = settled && lost.len() == WIDTH;
         for l in lost {
             dropped[l] = true;
         }
@@ -131,7 +133,6 @@ pub(super) fn orthonormalise(
             break;
         }
     }
-    let is_empty = r.iter().flatten().all(|v| *v == 0.0);
     Orthonormal { r, coefficients, is_empty }
 }
 
@@ -147,7 +148,12 @@ fn normalise(m: &SparseSym, w: &mut Block, mw: &mut Block, which: &[usize]) {
     transform(w, &factor);
 }
 
-/// Upper triangle R with RᵀR = G.
+/// Passes until a block is orthonormal, at most; most blocks take one.
+const MOST_PASSES: usize = 12;
+/// A pivot below this part of its diagonal entry is not known: rounding of a Gram matrix of blocks that are nearly dependent is some 10⁻¹³ of it.
+const UNKNOWN: f64 = 1e-10;
+
+/// Upper triangle R with RᵀR = G, but for what is not known of G.
 struct SmallCholesky {
     r: Small,
     /// R⁻¹, a zero column where a vector is lost.
@@ -158,23 +164,25 @@ struct SmallCholesky {
     worst: f64,
 }
 
+/// A vector whose pivot is not known is taken apart from those before it and enlarged by a safe factor, and those after it are not taken apart from
+/// it: products with what rounding has left are rounding too, and a quotient of the two grows from vector to vector. The next pass knows more.
 fn cholesky(g: &Small, limit: &Row) -> SmallCholesky {
     let mut r = [[0.0; WIDTH]; WIDTH];
     let mut is_lost = [false; WIDTH];
+    let mut is_known = [false; WIDTH];
     let mut worst = 1.0f64;
     for j in 0..WIDTH {
-        for i in 0..j {
+        for i in (0..j).filter(|&i| is_known[i]) {
             let sum: f64 = (0..i).map(|k| r[k][i] * r[k][j]).sum();
-            r[i][j] = if is_lost[i] { 0.0 } else { (0.5 * (g[i][j] + g[j][i]) - sum) / r[i][i] };
+            r[i][j] = (0.5 * (g[i][j] + g[j][i]) - sum) / r[i][i];
         }
-        let pivot = g[j][j] - (0..j).map(|k| r[k][j] * r[k][j]).sum::<f64>();
         if g[j][j] <= limit[j] {
             is_lost[j] = true;
             continue;
         }
-        // A pivot near rounding of its diagonal entry is not known: the vector is taken apart from the others and
-        // enlarged by a safe factor, and the next pass knows more.
-        let pivot = pivot.max(1e-14 * g[j][j]);
+        let pivot = g[j][j] - (0..j).map(|k| r[k][j] * r[k][j]).sum::<f64>();
+        is_known[j] = pivot > UNKNOWN * g[j][j];
+        let pivot = pivot.max(UNKNOWN * g[j][j]);
         worst = worst.min(pivot / g[j][j]);
         r[j][j] = pivot.sqrt();
     }

@@ -63,7 +63,7 @@ pub struct SparseModes {
 ///
 /// # Errors
 /// [`LinalgError::NotPositiveDefinite`] if K + aM is not; [`LinalgError::MissedModes`] if the count finds more modes than
-/// the iteration, even after further searches; [`LinalgError::NotFinite`]; [`LinalgError::OutOfMemory`].
+/// the iteration, even after further searches; [`LinalgError::NoConvergence`] if it finds fewer, or if a value is not that of its vector; [`LinalgError::NotFinite`]; [`LinalgError::OutOfMemory`].
 ///
 /// # Panics
 /// If sizes differ, or the plan's pattern does not cover the matrices.
@@ -90,27 +90,62 @@ pub fn lowest_sparse_modes(
     let known = search.blocks(known);
     let mut found = search.run(known.0, known.1, start)?;
     // An iteration that has used up the motions with mass finds rounding beyond them, and there is no gap to count in.
-    if options.count && found.count.is_none() && !is_each_a_mode(plan, k, m, &found)? {
+    let is_sound = || -> Result<bool, LinalgError> {
+        if found.count.is_some() && are_quotients(k, m, &found, &found.vectors) {
+            return Ok(true);
+        }
+        let vectors = without_massless(plan, k, m, &found)?;
+        let are_modes = || -> bool { found.count.is_some() || are_each_a_mode(k, m, &found, &vectors) };
+        Ok(are_quotients(k, m, &found, &vectors) && are_modes())
+    };
+    if options.count && !is_sound()? {
         return Err(LinalgError::NoConvergence { size: plan.n() });
     }
     found.values.as_mut_slice().iter_mut().for_each(|v| *v = if v.is_finite() { *v } else { f64::MAX });
     Ok(found)
 }
 
-/// Whether each of what was found satisfies K x = λ M x, as far as it has a finite λ: x as (λ + a)(K + aM)⁻¹ M x, for motions without mass have no part
-/// in the iteration.
-fn is_each_a_mode(plan: &SparsePlan, k: &SparseSym, m: &SparseSym, found: &SparseModes) -> Result<bool, LinalgError> {
+/// The vectors x as (λ + a)(K + aM)⁻¹ M x, for motions without mass have no part in the iteration; zero where λ is not finite.
+fn without_massless(
+    plan: &SparsePlan,
+    k: &SparseSym,
+    m: &SparseSym,
+    found: &SparseModes,
+) -> Result<DMatrix<f64>, LinalgError> {
+    let mut vectors = solve_shifted(plan, k, m, found.shift, &m.mul(&found.vectors))?;
+    for (mut x, value) in vectors.column_iter_mut().zip(found.values.iter()) {
+        if value.is_finite() { x *= value + found.shift } else { x.fill(0.0) }
+    }
+    Ok(vectors)
+}
+
+/// Whether each λ is the quotient xᵀKx / xᵀMx of its vector, up to the tolerance of the iteration and the rounding of K: the iteration knows its vectors
+/// by their coefficients alone, and what it takes for a mode by mistake shows here.
+fn are_quotients(k: &SparseSym, m: &SparseSym, found: &SparseModes, x: &DMatrix<f64>) -> bool {
+    /// Far above rounding and the tolerance of the iteration, squared, and far below what a test can measure.
+    const OFF: f64 = 1e-6;
+    let (kx, mx) = (k.mul(x), m.mul(x));
+    (0..found.values.len()).filter(|&j| found.values[j].is_finite()).all(|j| {
+        let own = x.column(j);
+        let quotient = own.dot(&kx.column(j)) / own.dot(&mx.column(j));
+        let off = (quotient - found.values[j]).abs() - OFF * (found.values[j] + found.shift).abs();
+        off <= 0.0 || {
+            let size = x.columns(j, 1).abs();
+            off <= 8.0 * f64::EPSILON * size.dot(&k.abs().mul(&size))
+        }
+    })
+}
+
+/// Whether each of what was found satisfies K x = λ M x, as far as it has a finite λ.
+fn are_each_a_mode(k: &SparseSym, m: &SparseSym, found: &SparseModes, vectors: &DMatrix<f64>) -> bool {
     /// Far above rounding and the tolerance of the iteration, far below what is none.
     const OFF: f64 = 1e-7;
     let finite: Vec<usize> = (0..found.values.len()).filter(|&j| found.values[j].is_finite()).collect();
     if finite.is_empty() {
-        return Ok(true);
+        return true;
     }
     let values = DVector::from_iterator(finite.len(), finite.iter().map(|&j| found.values[j]));
-    let inertia = m.mul(&found.vectors.select_columns(&finite));
-    let mut vectors = solve_shifted(plan, k, m, found.shift, &inertia)?;
-    vectors.column_iter_mut().zip(values.iter()).for_each(|(mut x, value)| x *= value + found.shift);
-    Ok(backward_error(k, m, &values, &vectors) < OFF)
+    backward_error(k, m, &values, &vectors.select_columns(&finite)) < OFF
 }
 
 /// Blocks beside the wanted modes before the iteration restarts: as many steps as it usually takes, for a restart costs more than a few.
@@ -222,7 +257,10 @@ impl Search<'_> {
             values = factor.into_values();
             factorisations += 1;
             count = Some((sigma, below));
-            if below <= expected {
+            if below < expected {
+                return Err(LinalgError::NoConvergence { size: n });
+            }
+            if below == expected {
                 break;
             }
             if attempt == 3 {

@@ -273,3 +273,58 @@ fn systems_beside_modes_are_sums_over_the_others() {
     let half = cluster.columns(0, 1).into_owned();
     assert!(solve_beside_modes(&plan, &kk, &mm, lambda[0], &half, &side(&force, 1.0, 0.3)).unwrap().is_none());
 }
+
+/// A free beam in bending of `n` elements with consistent mass, some elements stiffer than others by a part of `trial`.
+fn free_beam(n: usize, trial: usize) -> (SparseSym, SparseSym) {
+    let l: f64 = 1.0 / n as f64;
+    let (mut k, mut m) = (Vec::new(), Vec::new());
+    for e in 0..n {
+        let stiffness = if e % 3 == 0 { 1.0 + 1e-9 * trial as f64 } else { 1.0 };
+        let of_k = [
+            [12.0, 6.0 * l, -12.0, 6.0 * l],
+            [0.0, 4.0 * l * l, -6.0 * l, 2.0 * l * l],
+            [0.0, 0.0, 12.0, -6.0 * l],
+            [0.0, 0.0, 0.0, 4.0 * l * l],
+        ];
+        let of_m = [
+            [156.0, 22.0 * l, 54.0, -13.0 * l],
+            [0.0, 4.0 * l * l, 13.0 * l, -3.0 * l * l],
+            [0.0, 0.0, 156.0, -22.0 * l],
+            [0.0, 0.0, 0.0, 4.0 * l * l],
+        ];
+        for i in 0..4 {
+            for j in i..4 {
+                k.push((2 * e + j, 2 * e + i, of_k[i][j] * stiffness / l.powi(3)));
+                m.push((2 * e + j, 2 * e + i, of_m[i][j] * l / 420.0));
+            }
+        }
+    }
+    let size = 2 * (n + 1);
+    (SparseSym::from_triplets(size, k.into_iter()), SparseSym::from_triplets(size, m.into_iter()))
+}
+
+/// From the modes themselves the third or fourth block is a few vectors and rounding, whatever their number: modes are the same, and none comes of rounding.
+#[test]
+fn from_the_modes_themselves_nothing_but_the_modes_comes() {
+    for trial in 0..300 {
+        let (k, m) = free_beam(70, trial);
+        let n = k.n();
+        let rigid = DMatrix::from_fn(n, 2, |i, j| match (i % 2, j) {
+            (0, 0) => 1.0,
+            (0, _) => (i / 2) as f64 / 70.0 - 0.5,
+            (_, 0) => 0.0,
+            _ => 1.0,
+        });
+        let lengths: Vec<f64> = (0..2).map(|j| rigid.column(j).dot(&m.mul(&rigid).column(j)).sqrt()).collect();
+        let rigid = DMatrix::from_fn(n, 2, |i, j| rigid[(i, j)] / lengths[j]);
+        let plan = SparsePlan::new(&k, &m, &(0..n).collect::<Vec<_>>()).unwrap();
+        let options = SparseOptions { n_modes: 8 + trial % 20, tolerance: 1e-8, ..SparseOptions::default() };
+        let cold = lowest_sparse_modes(&plan, &k, &m, &rigid, None, &options).unwrap();
+        let options = SparseOptions { shift: Some(cold.shift), ..options };
+        let warm = lowest_sparse_modes(&plan, &k, &m, &rigid, Some(&cold.vectors), &options).unwrap();
+        for (warm, cold) in warm.values.iter().zip(cold.values.iter()) {
+            assert!((warm / cold - 1.0).abs() < 1e-9, "{trial}: {warm} {cold}");
+        }
+        assert!(warm.count.is_some(), "{trial}");
+    }
+}

@@ -54,6 +54,8 @@ const NEAR_READING: f64 = 1.2;
 const CERTAIN: f64 = 0.9;
 /// How far a common factor may be from a slip, and the pairs from each other.
 const NEAR: f64 = 1.3;
+/// How much further from its partner than the other modes from theirs a mode may be whose unit has slipped: 2 %.
+const SPARE: f64 = 1.02;
 /// Pairs that make a common factor more than chance.
 const ENOUGH: usize = 3;
 
@@ -88,6 +90,9 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
 
 /// Single frequencies that are a factor of two units off, in words, while those of the other certain pairs, three or more, are near the model's.
 ///
+/// A slip leaves a mode as near to its partner as the other modes are to theirs: with `r` the ratios of test to model of the others, the ratio of the slipped one lies within
+/// `min r` and `max r` times the factor, with [`SPARE`] on both sides. A mode that is not of the structure, and looks like one of its modes to a few sensors, seldom does.
+///
 /// # Errors
 /// The sensors have no place on the model; it cannot be solved.
 pub fn slips_of_modes(model: &dyn ParametricModel, test: &TestData) -> Result<Vec<String>, UpdateError> {
@@ -97,8 +102,11 @@ pub fn slips_of_modes(model: &dyn ParametricModel, test: &TestData) -> Result<Ve
     if right.len() < ENOUGH || right.len() <= wrong.len() {
         return Ok(Vec::new());
     }
+    let ratios = || right.iter().map(|(_, [test, model])| test / model);
+    let (least, most) = (ratios().fold(1.0, f64::min) / SPARE, ratios().fold(1.0, f64::max) * SPARE);
     let told = wrong.into_iter().filter_map(|(mode, [test, model])| {
-        let (_, question) = SLIPS_OF_ONE.iter().find(|(factor, _)| is_near(test / model, *factor))?;
+        let is_slip = |factor: f64| (least..=most).contains(&(test / model / factor));
+        let (_, question) = SLIPS_OF_ONE.iter().find(|(factor, _)| is_slip(*factor))?;
         let mode = mode + 1;
         let [test, model] = [test, model].map(four_digits);
         Some(format!(
