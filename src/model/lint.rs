@@ -116,6 +116,7 @@ fn nodes(model: &Model, s: &mut Soundness) {
     }
     let none = Vec::new();
     let links = |n: usize| links_of.get(&n).unwrap_or(&none);
+    let is_held = |n: usize| Dof::ALL.into_iter().all(|dof| model.dof_map().express(n, dof).is_empty());
     let are_coordinates = |a: usize, b: usize| geometry.is_coordinate(a) || geometry.is_coordinate(b);
     let tied: HashMap<usize, Vec<usize>> = {
         let nodes = spec.ties.values().flat_map(|t| &t.nodes).filter_map(named);
@@ -124,7 +125,8 @@ fn nodes(model: &Model, s: &mut Soundness) {
     let follows = |a: usize, b: usize| tied.get(&a).is_some_and(|led| led.contains(&b));
     let are_joined = |a: usize, b: usize| {
         let by_link = links(a).iter().any(|l| links(b).contains(l));
-        are_coordinates(a, b) || joined.contains(&[a, b]) || by_link || follows(a, b) || follows(b, a)
+        let are_led = follows(a, b) || follows(b, a);
+        are_coordinates(a, b) || joined.contains(&[a, b]) || by_link || are_led || is_held(a) && is_held(b)
     };
     let near = 1e-6 * geometry.size();
     let grid = Near::new(&geometry.positions, near);

@@ -136,3 +136,23 @@ fn thicknesses_of_other_units_are_told() {
     assert!(of("2e-6").iter().any(|t| t.contains("their thickness: are `units`")), "{:?}", of("2e-6"));
     assert_eq!(of("6 mm"), [""; 0]);
 }
+
+/// Anchors of two guys at one place need no joint where both are held; where one of them moves, nothing joins them.
+#[test]
+fn held_nodes_at_one_place_need_no_joint() {
+    let said_of = |supports: &str| {
+        let file = format!(
+            "retune: 1\nname: mast\nnodes: {{foot: [0, 0, 0], top: [0, 0, 4], a: [3, 0, 0], b: [3, 0, 0]}}\n\
+             sections: {{pipe: {{E: 210 GPa, nu: 0.3, density: 7850 kg/m3, shape: {{tube: {{diameter: 60 mm, wall: 3 mm}}}}}}}}\n\
+             elements:\n  mast: {{type: beam, nodes: [foot, top], section: pipe, orientation: [1, 0, 0]}}\n  \
+             one: {{type: beam, nodes: [a, top], section: pipe}}\n  two: {{type: beam, nodes: [b, top], section: pipe}}\n\
+             supports: {supports}\n"
+        );
+        let mut files = |_: &str| Err(std::io::Error::other("none"));
+        let loaded = load_in(&file, None, &Registry::builtin(), &mut files);
+        said(&lint(&loaded.unwrap_or_else(|p| panic!("{p:#?}")).0).unwrap())
+    };
+    let joins = |said: &[String]| said.iter().any(|t| t.contains("nothing joins them"));
+    assert!(!joins(&said_of("{held: {nodes: [foot, a, b]}}")));
+    assert!(joins(&said_of("{held: {nodes: [foot, a]}, hinge: {node: b, dofs: [ux, uy, uz]}}")));
+}

@@ -243,7 +243,7 @@ pub struct ModeSpec {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<ShapeComponentSpec>,
     /// Its partner in the model, for a pairing that the user knows better: the name of the model's mode, or its number among the elastic
-    /// modes, as `retune modes` lists them.
+    /// modes, as `retune compare` counts them: 1 is the first above the rigid-body modes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pair_with: Option<PartnerSpec>,
     /// `false` leaves the mode out of every comparison and fit.

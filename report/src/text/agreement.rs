@@ -197,9 +197,10 @@ pub fn places_line(out: &mut String, places: &Places, style: &Style) {
         (true, [first, rest @ ..]) => {
             let second = rest.first().filter(|p| p.p_value < SIGNIFICANCE);
             let second = second.map_or_else(String::new, |p| format!(", then {}", p.name));
-            let group = places.by_group.places.first().map_or("", |g| g.name.as_str());
+            let member = places.by_group.places.first().filter(|g| g.name != first.name);
+            let member = member.map_or_else(String::new, |g| format!("; of whole members {} has most", g.name));
             format!(
-                "most of it sits in {}{second} (group {group}); noise alone gives this in {}. {}",
+                "most of it sits in {}{second}{member}; noise alone gives this in {}. {}",
                 first.name,
                 odds(l.p_family),
                 alone(&places.changes_by_element),

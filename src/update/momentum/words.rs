@@ -46,7 +46,7 @@ impl Check<'_> {
                 "does-not-fit",
                 name(*sensor),
                 format!("sensor {} does not fit the motions of the model, whatever its sign and gain", name(*sensor)),
-                "look at its place and axis on the structure; leave it out of the test file if they are as stated",
+                "look at its place and axis on the structure; if they are as stated, the model may lack something beside it: ask `retune diagnose` before it is left out",
             ),
             SensorChange::Structure { sensor } => (
                 "structure-differs",
