@@ -156,3 +156,20 @@ fn held_nodes_at_one_place_need_no_joint() {
     assert!(!joins(&said_of("{held: {nodes: [foot, a, b]}}")));
     assert!(joins(&said_of("{held: {nodes: [foot, a]}, hinge: {node: b, dofs: [ux, uy, uz]}}")));
 }
+
+/// A box on one node of a plate turns on its drilling stiffness, among the first modes; on a footprint it does not, nor where its inertia is small.
+#[test]
+fn a_body_on_one_node_of_a_shell_hangs_on_drilling_alone() {
+    let mut mesh = Written::new();
+    mesh.sheet("skin", [0.0; 3], [X, Y], [8, 4]);
+    let said_of = |inertia: &str, more: &str| {
+        let masses = format!("masses: {{box: {{node: n, mass: 0.2 kg, inertia: {{zz: {inertia}}}}}}}");
+        let points = "nodes: {n: {nearest: [0.2 m, 0.1 m, 0 m]}, a: {nearest: [0.25 m, 0.1 m, 0 m]}, b: {nearest: [0.2 m, 0.15 m, 0 m]}}";
+        said(&lint(&model(&mesh, "skin: {section: thin}", &format!("{points}\n{masses}\n{more}"))).unwrap())
+    };
+    let hangs = |said: &[String]| said.iter().any(|t| t.starts_with("masses.box: `box` turns about the normal"));
+    let said = said_of("0.05 kg m2", "");
+    assert!(hangs(&said), "{said:?}");
+    assert!(!hangs(&said_of("1e-9 kg m2", "")));
+    assert!(!hangs(&said_of("0.05 kg m2", "rigid_links: {foot: {master: n, slaves: [a, b]}}")));
+}
