@@ -285,29 +285,38 @@ pub(crate) fn best_scores(
     seed: u64,
 ) -> Vec<f64> {
     let noisy = fit.noisy_rows();
-    // Blocks of draws share one product with the catalogue.
-    const BLOCK: usize = 50;
-    let blocks: Vec<Vec<f64>> = (0..DRAWS / BLOCK)
+    let draw = |d: usize| project(q, &noise(&noisy, seed, d));
+    let blocks: Vec<DMatrix<f64>> = (0..DRAWS / BLOCK)
         .into_par_iter()
-        .map(|b| {
-            let columns: Vec<DVector<f64>> =
-                (0..BLOCK).map(|d| project(q, &noise(&noisy, seed, b * BLOCK + d))).collect();
-            let n = DMatrix::from_columns(&columns);
-            let along = directions.unit.tr_mul(&n);
-            columns
-                .iter()
-                .enumerate()
-                .map(|(d, r)| {
-                    let effects =
-                        (0..along.nrows())
-                            .map(|c| {
-                                if directions.one_sided[c] && along[(c, d)] > 0.0 { 0.0 } else { along[(c, d)].powi(2) }
-                            })
-                            .fold(0.0, f64::max);
-                    traces.iter().map(|t| t.score(r)).fold(effects, f64::max)
-                })
-                .collect()
-        })
+        .map(|b| DMatrix::from_columns(&(b * BLOCK..(b + 1) * BLOCK).map(draw).collect::<Vec<_>>()))
         .collect();
-    blocks.concat()
+    let mut best = vec![0.0_f64; DRAWS];
+    let mut raise = |catalogue: &DMatrix<f64>, score: &(dyn Fn(usize, f64) -> f64 + Sync)| {
+        best.par_chunks_mut(BLOCK).zip(&blocks).for_each(|(best, draws)| {
+            let along = catalogue * draws;
+            for (best, along) in best.iter_mut().zip(along.column_iter()) {
+                *best = along.iter().enumerate().map(|(c, &v)| score(c, v)).fold(*best, f64::max);
+            }
+        });
+    };
+    raise(&directions.unit.transpose(), &|c, v| if directions.one_sided[c] && v > 0.0 { 0.0 } else { v * v });
+    let (linear, others): (Vec<&Trace>, Vec<&Trace>) = traces.iter().partition(|t| t.direction().is_some());
+    for some in linear.chunks(AT_ONCE) {
+        let unit: Vec<&DVector<f64>> = some.iter().filter_map(|t| t.direction()).collect();
+        let squares: Vec<f64> = unit.iter().map(|d| d.norm_squared()).collect();
+        let catalogue = DMatrix::from_fn(unit.len(), noisy.len(), |i, j| unit[i][j]);
+        raise(&catalogue, &|c, v| some[c].score_along(v, squares[c]));
+    }
+    best.par_chunks_mut(BLOCK).zip(&blocks).for_each(|(best, draws)| {
+        for (best, r) in best.iter_mut().zip(draws.column_iter()) {
+            let r = r.into_owned();
+            *best = others.iter().map(|t| t.score(&r)).fold(*best, f64::max);
+        }
+    });
+    best
 }
+
+/// Draws that share one product with the catalogue.
+const BLOCK: usize = 50;
+/// Traces of faults in one product: beside them a large test would need their memory once more.
+const AT_ONCE: usize = 512;

@@ -249,12 +249,7 @@ impl Trace {
     /// Twice the gain of log-likelihood for a projected residual, numbers at their best values.
     pub(crate) fn score(&self, r: &DVector<f64>) -> f64 {
         match self {
-            Trace::Fixed(d) => (-2.0 * d.dot(r) - d.norm_squared()).max(0.0),
-            Trace::Free(d) => {
-                let own = d.norm_squared();
-                // What is left of a channel by which the base is determined is not a hypothesis.
-                if own < VISIBLE * VISIBLE { 0.0 } else { d.dot(r).powi(2) / own }
-            }
+            Trace::Fixed(d) | Trace::Free(d) => self.score_along(d.dot(r), d.norm_squared()),
             Trace::Block(rows) => {
                 let m = rows.len() as f64;
                 let sum: f64 = rows.iter().map(|&i| r[i] * r[i]).sum();
@@ -264,6 +259,26 @@ impl Trace {
                 let now: f64 = rows.iter().map(|&i| r[i] * r[i]).sum();
                 (now - readings.iter().map(|v| v * v).sum::<f64>()).max(0.0)
             }
+        }
+    }
+
+    /// What a residual is asked for along, where its score follows from that product alone.
+    pub(crate) fn direction(&self) -> Option<&DVector<f64>> {
+        match self {
+            Trace::Fixed(d) | Trace::Free(d) => Some(d),
+            Trace::Block(_) | Trace::Replaced(..) => None,
+        }
+    }
+
+    /// The score by the product of a residual with [`Self::direction`].
+    ///
+    /// * `own` - |direction|²
+    pub(crate) fn score_along(&self, along: f64, own: f64) -> f64 {
+        match self {
+            Trace::Fixed(_) => (-2.0 * along - own).max(0.0),
+            // What is left of a channel by which the base is determined is not a hypothesis.
+            _ if own < VISIBLE * VISIBLE => 0.0,
+            _ => along.powi(2) / own,
         }
     }
 
