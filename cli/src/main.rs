@@ -1,6 +1,10 @@
 //! The `retune` command.
 
+use mimalloc::MiMalloc;
 use std::process::ExitCode;
+
+#[global_allocator]
+static MEMORY: MiMalloc = MiMalloc;
 
 fn main() -> ExitCode {
     // Where the system does not tell, the name that it was started by finds it again.

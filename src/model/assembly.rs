@@ -86,6 +86,16 @@ impl AffineMass {
         masses.zip(of.at(theta)).for_each(|(mass, (_, factor))| rigid.add_scaled(factor, mass));
         rigid
     }
+
+    /// Whether it depends on parameter `j`.
+    ///
+    /// * `of` - what they are the terms of
+    pub(super) fn depends_on(&self, of: &AffinePart, j: usize) -> bool {
+        let is_there = |mass: &SymMatrix| mass.lower().iter().any(|v| *v != 0.0);
+        let mut products = of.products.iter().zip(&self.products);
+        self.linear.get(j + 1).is_some_and(is_there)
+            || products.any(|((c, _), mass)| c.powers.iter().any(|p| p.0 == j) && is_there(mass))
+    }
 }
 
 /// Which dofs of the nodes any element acts on, 6 per node.

@@ -563,6 +563,10 @@ impl ParametricModel for Model {
         self.targets
     }
 
+    fn has_mass_of(&self, j: usize) -> bool {
+        self.rigid_mass.depends_on(&self.affine, j) || self.general.iter().any(|&e| self.elements[e].depends_on(j))
+    }
+
     fn affine_mass(&self) -> Option<&AffineMass> {
         self.is_polynomial().then_some(&self.rigid_mass)
     }

@@ -257,6 +257,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// Whether [`Self::mass_properties`] may depend on parameter `j`; a model that does not tell is asked by differences.
+    fn has_mass_of(&self, j: usize) -> bool {
+        let _ = j;
+        true
+    }
+
     /// K, M, C as K0 + Σ θ_j K_j + Σ c_k(θ) K_k, if they are polynomials of the parameters: the fast path.
     fn affine(&self) -> Option<&AffinePart> {
         None

@@ -382,6 +382,10 @@ impl ParametricModel for ReducedModel<'_> {
         self.full.targets()
     }
 
+    fn has_mass_of(&self, j: usize) -> bool {
+        self.full.has_mass_of(j)
+    }
+
     fn affine_mass(&self) -> Option<&AffineMass> {
         self.full.affine_mass()
     }

@@ -566,6 +566,10 @@ impl ParametricModel for StandIn {
         self.common.model.targets()
     }
 
+    fn has_mass_of(&self, j: usize) -> bool {
+        !self.not_in_rigid_mass.is_empty() || self.rigid_mass.depends_on(&self.affine, j)
+    }
+
     fn affine_mass(&self) -> Option<&AffineMass> {
         self.not_in_rigid_mass.is_empty().then_some(&self.rigid_mass)
     }

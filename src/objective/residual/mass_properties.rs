@@ -26,7 +26,14 @@ pub(crate) fn value(p: &MassProperties, quantity: MassQuantity) -> f64 {
 pub(super) fn difference(at: &Point<'_>, out: &mut DMatrix<f64>, rows: impl Fn(&MassProperties, &mut [f64])) {
     let model = at.comparison.model();
     let n = out.nrows();
+    if n == 0 {
+        return;
+    }
     for (column, (&j, width)) in at.scaling.free().iter().zip(at.scaling.slopes(at.theta)).enumerate() {
+        if !model.has_mass_of(j) {
+            out.column_mut(column).fill(0.0);
+            continue;
+        }
         let step = 1e-6 * width;
         let shifted = |sign: f64| {
             let mut theta = at.theta.to_vec();
