@@ -1,12 +1,13 @@
 //! A link that the model has as rigid and that gives.
 
-use super::edit::PatchError;
+use super::edit::{Edit, PatchError};
 use super::end_flexibility::flexible_end;
-use super::location::Location;
-use super::patch::Patch;
+use super::location::{Location, LocationKind};
+use super::patch::{Builder, Patch, entry};
 use super::structure::{Joint, Structure};
 use super::{About, Effect};
 use crate::element::Dof;
+use crate::model::spec::RigidLinkSpec;
 
 #[doc = "A rigid link, or the attachment of a member to it, that gives in one direction."]
 #[derive(Debug, Clone, Copy)]
@@ -23,8 +24,10 @@ impl Effect for LinkFlexibility {
             signature: "Relative motion across the link: the member's root turns or moves against the body, in modes \
                     that load it.",
             formulation: "The end of the member at the link is joined to it by a spring of compliance c along or about \
-                    one of the member's axes, condensed exactly; c = 0 leaves it. The flexibility of a link that \
-                    carries a mass alone is `sprung-mass`.",
+                    one of the member's axes, condensed exactly; c = 0 leaves it. Where a member goes on over the node \
+                    that the link carries, or several members meet there, the link itself gives: `rigid_links: {...: {master: m, \
+                    slaves: [n], dofs: [], compliance: {ry: c}}}`, along or about global axes at that node, u = -c/(1 + c K_uu) K_uq q. \
+                    The flexibility of a link that carries a mass alone is `sprung-mass`.",
             confusable: &[
                 "root-flexibility",
                 "joint-flexibility",
@@ -39,10 +42,31 @@ impl Effect for LinkFlexibility {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        structure.end_places(Joint::Link, &Dof::ALL)
+        let mut all = structure.end_places(Joint::Link, &Dof::ALL);
+        all.extend(structure.shared_links());
+        all
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {
-        flexible_end(self.name(), structure, at, |_| 0.0)
+        if at.kind != LocationKind::Node {
+            return flexible_end(self.name(), structure, at, |_| 0.0);
+        }
+        let unknown = || PatchError::unknown_place(self.name(), &at.to_string(), &[]);
+        let dof = Dof::from_name(at.direction()).ok_or_else(unknown)?;
+        let soft = 1.0 / structure.generalised_stiffness(dof);
+        let mut b = Builder::new(self.name(), at);
+        let about = format!("compliance of the link that carries {} in {dof}", at.place());
+        let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+        for (i, slave) in at.names.iter().enumerate() {
+            let master = structure.leader_of(slave, dof).ok_or_else(unknown)?.to_string();
+            let suffix = if at.names.len() > 1 { format!(".{}", i + 1) } else { String::new() };
+            let name = format!("{}{suffix}", b.stem());
+            let (slaves, compliance) = (vec![slave.clone()], entry(at.direction(), &c));
+            b.edit(Edit::AddRigidLink {
+                name,
+                entry: RigidLinkSpec { master, slaves, dofs: Some(Vec::new()), compliance },
+            });
+        }
+        Ok(b.finish())
     }
 }

@@ -6,7 +6,7 @@ use super::patch::{Builder, Patch, body_at, entry, round};
 use super::structure::Structure;
 use crate::element::Dof;
 use crate::model::ParametricModel;
-use crate::model::spec::{DofName, NodeRule, NodeSpec, RigidLinkSpec, SpringSpec};
+use crate::model::spec::{DofName, Named, NodeRule, NodeSpec, RigidLinkSpec, SpringSpec};
 use crate::units::Scalar;
 use std::f64::consts::TAU;
 
@@ -73,7 +73,12 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
             all.into_iter().filter(|d| !rotation && Dof::from(*d) != dof && active(structure, Dof::from(*d))).collect();
         if !follows.is_empty() {
             let name = format!("{}.link{}", b.stem(), suffix(i));
-            let entry = RigidLinkSpec { master: host.clone(), slaves: vec![store.clone()], dofs: Some(follows) };
+            let entry = RigidLinkSpec {
+                master: host.clone(),
+                slaves: vec![store.clone()],
+                dofs: Some(follows),
+                compliance: Named::default(),
+            };
             b.edit(Edit::AddRigidLink { name, entry });
         }
         stores.push(store);

@@ -158,7 +158,10 @@ pub(super) fn eliminate(
         }
         found
     };
-    for (name, link) in &spec.rigid_links {
+    // The extra dof by which a held one is known to give.
+    let place: HashMap<usize, usize> = released.iter().enumerate().map(|(i, c)| (c.dof, i)).collect();
+    let gives = |dof: usize| place.get(&dof).map(|i| (6 * geometry.names.len() + i, -1.0));
+    for (name, link) in spec.rigid_links.iter().filter(|(_, link)| !link.is_compliance_of_others()) {
         let path = child("rigid_links", name);
         let master = find(&link.master, &child(&path, "master"), problems);
         for (i, slave_name) in link.slaves.iter().enumerate() {
@@ -180,6 +183,7 @@ pub(super) fn eliminate(
                         row.push((6 * master + motion, -factor));
                     }
                 }
+                row.extend(gives(6 * slave + d));
                 redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
             }
             if redundant {
@@ -218,7 +222,6 @@ pub(super) fn eliminate(
             problems.push(Problem::warning(&path, "it follows already from other constraints; it adds nothing"));
         }
     }
-    let place: HashMap<usize, usize> = released.iter().enumerate().map(|(i, c)| (c.dof, i)).collect();
     for (name, support) in &spec.supports {
         let path = child("supports", name);
         let nodes: Vec<(&String, String)> = match (&support.node, &support.nodes) {
@@ -233,8 +236,8 @@ pub(super) fn eliminate(
             let Some(node) = find(node_name, &node_path, problems) else { continue };
             for d in support.fixed.as_deref().unwrap_or(&all) {
                 let dof = 6 * node + Dof::from(*d) as usize;
-                match place.get(&dof) {
-                    Some(i) => elimination.constrain(&[(dof, 1.0), (6 * geometry.names.len() + i, -1.0)]),
+                match gives(dof) {
+                    Some(more) => elimination.constrain(&[(dof, 1.0), more]),
                     None => elimination.fix(dof),
                 };
             }

@@ -117,3 +117,52 @@ fn derivatives_are_those_of_the_matrices() {
         }
     }
 }
+
+/// A cantilever that carries a beam across a rigid arm, which gives about y by c.
+fn carried(subdivide: usize, joint: &str) -> Model {
+    let text = format!(
+        "retune: 1\nname: saddle\nactive_dofs: [ux, uz, ry]\n\
+         parameters:\n  c: {{value: 4e-6 rad/(N m), bounds: [0 rad/(N m), 1e-4 rad/(N m)]}}\n\
+         nodes: {{a: [0, 0, 0], m: [2, 0, 0], d: [1.5, 0, 0.3], s: [2.3, 0, 0.3], e: [3.2, 0, 0.3], p: {{from: s, offset: [0 m, 0 m, 0 m]}}}}\n\
+         sections:\n  deck: {{E: 200 GPa, G: 80 GPa, A: 0.002 m2, Iy: 1e-6 m4, Iz: 1e-6 m4, J: 2e-6 m4, density: 7850 kg/m3}}\n\
+         beams:\n  base: {{nodes: [a, m], section: deck, subdivide: {subdivide}}}\n  across: {{chain: [d, s, e], section: deck, subdivide: {subdivide}}}\n\
+         supports: {{clamp: {{node: a}}}}\n{joint}"
+    );
+    load(&text, &Registry::builtin()).unwrap_or_else(|p| panic!("{p:?}\n{text}")).0
+}
+
+/// A link that gives where a member goes on is a pin with a spring: exact in statics, and in modes but for the inertia of the node. Without compliance it is
+/// the rigid link to the bit, and what another entry says of it counts as its own.
+#[test]
+fn a_link_that_gives_is_one_on_a_spring() {
+    let of_itself = "rigid_links: {saddle: {master: m, slaves: [s], compliance: {ry: c}}}\n";
+    let of_another = "rigid_links: {saddle: {master: m, slaves: [s]}, gives: {master: m, slaves: [s], dofs: [], compliance: {ry: c}}}\n";
+    let rigid = carried(10, "rigid_links: {saddle: {master: m, slaves: [s]}}\n");
+    for c in [1e-6, 4e-6, 1e-4] {
+        let spring = format!(
+            "rigid_links: {{arm: {{master: m, slaves: [p]}}, pin: {{master: p, slaves: [s], dofs: [ux, uz]}}}}\n\
+             springs: {{hinge: {{nodes: [p, s], k: {{ry: {:e} N m/rad}}}}}}\n",
+            1.0 / c
+        );
+        let (gives, stands) = (carried(10, of_itself), carried(10, &spring));
+        let (own, exact) = (modes(&gives, &[c]), modes(&stands, &[c]));
+        for i in 0..5 {
+            let error = own.lambda[i] / exact.lambda[i] - 1.0;
+            assert!((-1e-9..1e-3).contains(&error), "{c} mode {i}: {error}");
+        }
+        assert!(modes(&rigid, &[c]).lambda[0] / exact.lambda[0] > 1.001, "{c}: the spring is of no account");
+        let bent = |model: &Model| {
+            let dofs = model.dof_map();
+            let row = |n: &str| dofs.express(dofs.node(n).unwrap(), Dof::Uz)[0].0;
+            let mut force = DVector::zeros(dofs.n_dof());
+            force[row("e")] = -1e3;
+            let q = model.assemble(&[c]).unwrap().stiffness.lu().solve(&force).unwrap();
+            [q[row("e")], q[row("d")], q[row("m")]]
+        };
+        for (own, exact) in bent(&gives).into_iter().zip(bent(&stands)) {
+            assert!((own / exact - 1.0).abs() < 1e-10, "{c}: {own} {exact}");
+        }
+        assert_eq!(gives.assemble(&[c]).unwrap(), carried(10, of_another).assemble(&[c]).unwrap());
+    }
+    assert_eq!(carried(10, of_itself).assemble(&[0.0]).unwrap(), rigid.assemble(&[0.0]).unwrap());
+}

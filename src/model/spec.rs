@@ -400,6 +400,22 @@ pub struct RigidLinkSpec {
     /// The dofs of the slaves that follow; all when absent. A pin is `[ux, uy, uz]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dofs: Option<Vec<DofName>>,
+    /// How much it gives between each slave and where the master would carry it, along and about global axes at the slave, in each direction in which this or
+    /// another link carries it: `{ry: 2e-7 rad/(N m)}`; rigid when absent. With `dofs: []` an entry carries nothing itself and says how much others give.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub compliance: Named<Scalar>,
+}
+
+impl RigidLinkSpec {
+    /// Whether it carries a dof of its slaves.
+    pub fn holds(&self, dof: Dof) -> bool {
+        self.dofs.as_ref().is_none_or(|all| all.iter().any(|d| Dof::from(*d) == dof))
+    }
+
+    /// Whether it says no more than how much other links give.
+    pub fn is_compliance_of_others(&self) -> bool {
+        !self.compliance.is_empty() && self.dofs.as_ref().is_some_and(Vec::is_empty)
+    }
 }
 
 /// Dofs held at zero.

@@ -251,16 +251,17 @@ pub(crate) fn structure(model: &Model, theta: &[f64], test: &TestData) -> Result
         }
     }
     let node = |name: &String| geometry.node(name);
+    // An entry that holds nothing says how much others give.
     let rigid_links = spec
         .rigid_links
         .iter()
+        .filter(|(_, l)| !l.is_compliance_of_others())
         .filter_map(|(name, l)| {
             let slaves = l.slaves.iter().filter_map(node).collect();
             Some(RigidLink { name: name.clone(), master: node(&l.master)?, slaves })
         })
         .collect();
     let mut supports = Vec::new();
-    // An entry that holds nothing says how much others give.
     for s in spec.supports.values().filter(|s| s.fixed.as_ref().is_none_or(|all| !all.is_empty())) {
         let dofs = match &s.fixed {
             None => "all".to_string(),

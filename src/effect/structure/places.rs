@@ -3,6 +3,7 @@
 use super::{Joint, Part, PartKind, Structure};
 use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
+use crate::model::PlacedElement;
 use std::collections::HashSet;
 
 impl Structure<'_> {
@@ -120,32 +121,68 @@ impl Structure<'_> {
             let by_tie = spec.ties.values().any(|t| t.nodes.contains(node));
             by_link || by_weight || by_tie || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
         };
-        let on = |n: usize| model.elements().iter().enumerate().filter(move |(_, e)| e.joined().contains(&n));
-        let are_several = |n: usize| on(n).filter(|(e, _)| self.deforms(*e)).nth(1).is_some();
-        // Whether what is there would resist the motion that the support prevents.
-        let resists = |n: usize, dof: Dof| {
-            on(n).any(|(i, e)| {
-                if let Some(matrices) = &e.matrices {
-                    return matrices.has_stiffness(n, dof);
-                }
-                let Ok(matrices) = model.element_matrices(i, &self.theta) else { return false };
-                let node = e.nodes.iter().position(|node| *node == n).unwrap_or_default();
-                let first = 6 * node + if dof.is_rotation() { 3 } else { 0 };
-                let along = |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(first + i, first + i);
-                (0..3).any(|i| along(i) > 0.0)
-            })
-        };
         let mut all = Vec::new();
         for dof in Dof::ALL.into_iter().filter(|&d| self.any_node_moves(d) && self.generalised_stiffness(d) > 0.0) {
             let accept = |n: usize| {
                 let name = &model.geometry().names[n];
                 let is_held = !self.node_moves(n, dof) && holds(name, dof);
-                let is_of_body = |n: usize| on(n).any(|(_, e)| e.matrices.is_some());
-                is_held && (is_linked(name) || (are_several(n) || is_of_body(n)) && resists(n, dof))
+                let is_of_body = |n: usize| self.on(n).any(|(_, e)| e.matrices.is_some());
+                is_held && (is_linked(name) || (self.has_several(n) || is_of_body(n)) && self.resists(n, dof))
             };
             all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
         }
         all
+    }
+
+    /// Nodes that rigid links carry and where a member goes on, or several members meet, direction by direction, symmetric partners together before
+    /// each alone: of one end alone the end gives.
+    pub(in crate::effect) fn shared_links(&self) -> Vec<Location> {
+        if self.is_wider {
+            return Vec::new();
+        }
+        let mut carried: Vec<[bool; 6]> = vec![[false; 6]; self.model.geometry().names.len()];
+        for (slave, link) in self.model.spec().rigid_links.values().flat_map(|l| l.slaves.iter().map(move |s| (s, l))) {
+            if let Some(node) = self.model.geometry().node(slave) {
+                Dof::ALL.into_iter().filter(|dof| link.holds(*dof)).for_each(|dof| carried[node][dof as usize] = true);
+            }
+        }
+        let mut all = Vec::new();
+        for dof in Dof::ALL.into_iter().filter(|&d| self.any_node_moves(d) && self.generalised_stiffness(d) > 0.0) {
+            let accept = |n: usize| carried[n][dof as usize] && self.has_several(n) && self.resists(n, dof);
+            all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
+        }
+        all
+    }
+
+    /// The node that leads one that a rigid link carries in a direction.
+    pub(in crate::effect) fn leader_of(&self, slave: &str, dof: Dof) -> Option<&str> {
+        let mut links = self.model.spec().rigid_links.values();
+        Some(&links.find(|l| l.holds(dof) && l.slaves.iter().any(|s| s == slave))?.master)
+    }
+
+    /// Elements that are joined to a node.
+    fn on(&self, node: usize) -> impl Iterator<Item = (usize, &PlacedElement)> {
+        let elements = self.model.elements();
+        self.elements_at_nodes()[node].iter().map(move |&e| (e, &elements[e]))
+    }
+
+    /// Whether several elements that deform meet at a node.
+    fn has_several(&self, node: usize) -> bool {
+        self.on(node).filter(|(e, _)| self.deforms(*e)).nth(1).is_some()
+    }
+
+    /// Whether what is at a node would resist its motion alone.
+    fn resists(&self, node: usize, dof: Dof) -> bool {
+        self.on(node).any(|(i, e)| {
+            if let Some(matrices) = &e.matrices {
+                return matrices.has_stiffness(node, dof);
+            }
+            let Ok(matrices) = self.model.element_matrices(i, &self.theta) else { return false };
+            let k = e.nodes.iter().position(|n| *n == node).unwrap_or_default();
+            let first = 6 * k + if dof.is_rotation() { 3 } else { 0 };
+            let along = |i: usize| e.axes[i][dof.axis()].powi(2) * matrices.stiffness.get(first + i, first + i);
+            (0..3).any(|i| along(i) > 0.0)
+        })
     }
 
     /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.

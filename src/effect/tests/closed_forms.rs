@@ -500,3 +500,19 @@ fn mass_may_be_at_the_nodes_or_between_them() {
     let (_, _, half) = with(&bar(", lumping: 1"), "mass-lumping@whole.consistent", &[0.5]);
     close(half[0], omega(1.0 / (0.5 / 2.0 + 0.5 / 3.0)), 1e-12);
 }
+
+/// Where a beam goes on over the node that a link carries, the link itself gives, about each axis and along it, and a written change is the screened one.
+#[test]
+fn a_link_under_a_beam_that_goes_on_gives_itself() {
+    let text = "retune: 1\nname: saddle\n\
+        nodes: {a: [0, 0, 0], m: [2, 0, 0], d: [1.5, 0, 0.3], s: [2.3, 0, 0.3], e: [3.2, 0, 0.3]}\n\
+        sections: {deck: {E: 200 GPa, G: 80 GPa, A: 0.002 m2, Iy: 1e-6 m4, Iz: 1e-6 m4, J: 2e-6 m4, density: 7850 kg/m3, polar_inertia_per_length: 0.01 kg m}}\n\
+        beams: {base: {nodes: [a, m], section: deck, subdivide: 4}, across: {chain: [d, s, e], section: deck, subdivide: 3}}\n\
+        rigid_links: {saddle: {master: m, slaves: [s]}}\nsupports: {clamp: {node: a}}\n";
+    let (model, _, _) = load(text, &Registry::builtin()).unwrap();
+    let all = candidates(&model, &Effects::builtin(), &Context::default());
+    let ids: Vec<String> = all.iter().map(Candidate::id).filter(|id| id.starts_with("link-flexibility@s.")).collect();
+    assert_eq!(ids.len(), 6, "{ids:?}");
+    let first = |c: f64| with(text, "link-flexibility@s.ry", &[c]).2[0];
+    assert!(first(0.0) / first(1e-4) > 1.01);
+}

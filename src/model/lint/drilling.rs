@@ -31,7 +31,7 @@ pub(super) fn drilling(model: &Model, system: &SparseSystem, modes: &Modes) -> V
             }
         }
     }
-    let highest = modes.elastic().skip(modes.n_mechanism).take(FIRST_MODES).map(|r| modes.lambda[r]).last();
+    let highest = modes.elastic().skip(modes.n_mechanism).take(FIRST_MODES).map(|r| modes.lambda[r]).next_back();
     let Some(highest) = highest else { return Vec::new() };
     let bodies = at.into_iter().filter_map(|(node, (bodies, others))| {
         let normal = common_normal(&others)?;

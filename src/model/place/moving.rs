@@ -82,7 +82,7 @@ fn joined<'a>(
     let pairs = |link: &'a RigidLinkSpec| {
         link.slaves.iter().filter_map(|slave| Some((geometry.node(slave)?, geometry.node(&link.master)?)))
     };
-    spec.rigid_links.values().filter(move |link| which(link)).flat_map(pairs)
+    spec.rigid_links.values().filter(move |link| !link.is_compliance_of_others() && which(link)).flat_map(pairs)
 }
 
 /// The node that carries another: the last master of its links.
@@ -99,7 +99,7 @@ fn carrier(master: &BTreeMap<usize, usize>, mut node: usize) -> usize {
 /// link is the same, in some directions as in all.
 pub(in crate::model) fn riding(spec: &ModelSpec, geometry: &Geometry, elements: &[PlacedElement]) -> HashSet<usize> {
     let active = active(spec);
-    let pinned = spec.rigid_links.values().filter(|link| !ties_rotations(link, active));
+    let pinned = spec.rigid_links.values().filter(|l| !l.is_compliance_of_others() && !ties_rotations(l, active));
     let linked = pinned.flat_map(|l| std::iter::once(&l.master).chain(&l.slaves));
     let weighted = spec.weighted_links.values();
     let weighted = weighted.flat_map(|l| std::iter::once(&l.node).chain(l.of.iter().flat_map(|set| &set.nodes)));
@@ -182,9 +182,9 @@ fn refuse(spec: &ModelSpec, moves: &Moves<'_>, problems: &mut Vec<Problem>) {
     let on_an_arm = |name: &&String| node(name).is_some_and(|n| moves.has_other_arm(n));
     let why = "hangs on a rigid link whose arm changes with it: hold, link or constrain the master instead";
     for (name, link) in &spec.rigid_links {
-        let is_partial = link.dofs.as_ref().is_some_and(|d| d.len() < 6);
+        let is_partial = link.dofs.as_ref().is_some_and(|d| d.len() < 6) || !link.compliance.is_empty();
         if let Some(slave) = link.slaves.iter().find(|slave| is_partial && part(&link.master, slave)) {
-            let why = "a rigid link in some directions has a fixed arm: link all six, or let both ends move alike";
+            let why = "a rigid link in some directions, or one that gives, has a fixed arm: link all six, or let both ends move alike";
             refuse(child("rigid_links", name), slave, why);
         } else if is_partial && on_an_arm(&&link.master) {
             refuse(child("rigid_links", name), &link.master, why);
