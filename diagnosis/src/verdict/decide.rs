@@ -175,7 +175,13 @@ fn conclude_once(
         (None, None, Verdict::Unexplained) if spread.is_none() && p.several() > 0.5 => {
             of_nearly(base, together.as_ref())
         }
-        (None, None, _) if spread.is_some() => format!("no single effect explains the test; {remainder}"),
+        (None, None, _) if spread.is_some() => match leaving_noise(refits.iter().filter(|r| r.ln_bayes > STRONG))? {
+            Some(r) => format!(
+                "{} leaves no more than noise; among so many places something that acts everywhere is more probable: {remainder}",
+                r.id(&base.scene)
+            ),
+            None => format!("no single effect explains the test; {remainder}"),
+        },
         (None, None, _) => of_one(verdict, hypotheses.first(), leads, base, &remainder),
     };
     if let Some(factor) = noise.filter(|_| !verdict.is_about_noise()) {
