@@ -39,11 +39,13 @@ impl Effect for MassOffset {
         for (i, axis) in ["y", "z"].into_iter().enumerate() {
             let couples = |p: &Part| couples(structure, p, i + 1);
             let distributed = |p: &Part| couples(p) && structure.rigidity(&p.elements).mass > 0.0;
-            let lumped = |p: &Part| couples(p) && !heavy_lumps(structure, p).is_empty();
+            let carries = |p: &Part| couples(p) && !heavy_lumps(structure, p).is_empty();
+            // One body alone is a place of its own.
+            let lumped = |p: &Part| couples(p) && heavy_lumps(structure, p).len() > 1;
             for (word, members) in [
                 (axis.to_string(), structure.members(distributed)),
                 (format!("{axis}_lumps"), structure.members(lumped)),
-                (format!("{axis}_all"), structure.members(|p| distributed(p) && lumped(p))),
+                (format!("{axis}_all"), structure.members(|p| distributed(p) && carries(p))),
             ] {
                 all.extend(members.into_iter().map(|at| at.along(&word)));
             }
