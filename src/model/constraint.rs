@@ -6,7 +6,7 @@
 
 use super::dof_map::{Combination, rigid_motion};
 use super::geometry::{Geometry, minus, unknown};
-use super::placed_element::Compliance;
+use super::placed_element::{Compliance, Holder};
 use super::spec::{DofName, ModelSpec};
 use crate::element::Dof;
 use crate::yaml::{Problem, child};
@@ -159,8 +159,9 @@ pub(super) fn eliminate(
         found
     };
     // The extra dof by which a held one is known to give.
-    let place: HashMap<usize, usize> = released.iter().enumerate().map(|(i, c)| (c.dof, i)).collect();
-    let gives = |dof: usize| place.get(&dof).map(|i| (6 * geometry.names.len() + i, -1.0));
+    let place: HashMap<(Holder, usize), usize> =
+        released.iter().enumerate().map(|(i, c)| ((c.holder, c.dof), i)).collect();
+    let gives = |holder: Holder, dof: usize| place.get(&(holder, dof)).map(|i| (6 * geometry.names.len() + i, -1.0));
     for (name, link) in spec.rigid_links.iter().filter(|(_, link)| !link.is_compliance_of_others()) {
         let path = child("rigid_links", name);
         let master = find(&link.master, &child(&path, "master"), problems);
@@ -183,7 +184,7 @@ pub(super) fn eliminate(
                         row.push((6 * master + motion, -factor));
                     }
                 }
-                row.extend(gives(6 * slave + d));
+                row.extend(gives(Holder::Link, 6 * slave + d));
                 redundant &= elimination.constrain(&row) == RowOutcome::Redundant;
             }
             if redundant {
@@ -236,7 +237,7 @@ pub(super) fn eliminate(
             let Some(node) = find(node_name, &node_path, problems) else { continue };
             for d in support.fixed.as_deref().unwrap_or(&all) {
                 let dof = 6 * node + Dof::from(*d) as usize;
-                match gives(dof) {
+                match gives(Holder::Support, dof) {
                     Some(more) => elimination.constrain(&[(dof, 1.0), more]),
                     None => elimination.fix(dof),
                 };

@@ -154,7 +154,7 @@ fn held_nodes_at_one_place_need_no_joint() {
     };
     let joins = |said: &[String]| said.iter().any(|t| t.contains("nothing joins them"));
     assert!(!joins(&said_of("{held: {nodes: [foot, a, b]}}")));
-    assert!(joins(&said_of("{held: {nodes: [foot, a]}, hinge: {node: b, dofs: [ux, uy, uz]}}")));
+    assert!(joins(&said_of("{held: {nodes: [foot, a]}, hinge: {node: b, fixed: [ux, uy, uz]}}")));
 }
 
 /// A box on one node of a plate turns on its drilling stiffness, among the first modes; on a footprint it does not, nor where its inertia is small.

@@ -172,9 +172,20 @@ impl PlacedElement {
     }
 }
 
+/// What holds a dof.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Holder {
+    /// The ground.
+    Support,
+    /// The master of a rigid link.
+    Link,
+}
+
 /// A held dof and how much it gives.
 #[derive(Debug, Clone)]
 pub(super) struct Compliance {
+    /// What gives: a node on a link may stand on a support too.
+    pub(super) holder: Holder,
     /// 6 node + dof.
     pub(super) dof: usize,
     /// m/N or rad/(N m).

@@ -191,7 +191,7 @@ impl Additions {
         // Compliances of dofs that only other changes make give are zero.
         let moved = |c: &Compliance| {
             let node = self.nodes[c.dof / 6]?;
-            Some(Compliance { dof: 6 * node + c.dof % 6, value: alone(&c.value) })
+            Some(Compliance { holder: c.holder, dof: 6 * node + c.dof % 6, value: alone(&c.value) })
         };
         // What only other changes make give does not give here.
         let gives = |c: &Compliance| c.value.parameters().next().is_some() || c.value.at(&[]) != 0.0;

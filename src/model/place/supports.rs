@@ -3,7 +3,7 @@
 use super::Placer;
 use crate::catalogue::did_you_mean;
 use crate::element::Dof;
-use crate::model::placed_element::Compliance;
+use crate::model::placed_element::{Compliance, Holder};
 use crate::model::spec::Named;
 use crate::model::value::Value;
 use crate::units::Scalar;
@@ -22,7 +22,7 @@ impl Placer<'_> {
                 compliance: &support.compliance,
                 nodes: support.nodes().collect(),
                 is_own: support.fixed.as_ref().is_none_or(|all| !all.is_empty()),
-                words: ["support", "holds", "fixed"],
+                holder: Holder::Support,
             };
             self.gives(&of, |dof| support.holds(dof), &held);
         }
@@ -35,7 +35,7 @@ impl Placer<'_> {
                 compliance: &link.compliance,
                 nodes: link.slaves.iter().collect(),
                 is_own: link.dofs.as_ref().is_none_or(|all| !all.is_empty()),
-                words: ["link", "carries", "dofs"],
+                holder: Holder::Link,
             };
             self.gives(&of, |dof| link.holds(dof), &held);
         }
@@ -46,7 +46,10 @@ impl Placer<'_> {
     /// * `holds` - whether it holds a dof itself
     /// * `held` - the dofs that any entry of its kind holds
     fn gives(&mut self, of: &Giving<'_>, holds: impl Fn(Dof) -> bool, held: &HashSet<usize>) {
-        let [entry, verb, key] = of.words;
+        let [entry, verb, key] = match of.holder {
+            Holder::Support => ["support", "holds", "fixed"],
+            Holder::Link => ["link", "carries", "dofs"],
+        };
         for (direction, scalar) in of.compliance {
             let path = format!("{}.compliance.{direction}", of.path);
             let Some(dof) = Dof::from_name(direction) else {
@@ -73,9 +76,11 @@ impl Placer<'_> {
                 // A node that is not there is said where supports and links hold.
                 let Some(node) = self.geometry.node(name) else { continue };
                 let dof = 6 * node + dof as usize;
-                match self.compliances.iter_mut().find(|c| c.dof == dof) {
+                match self.compliances.iter_mut().find(|c| (c.holder, c.dof) == (of.holder, dof)) {
                     Some(known) => known.value.addends.push(affine.clone()),
-                    None => self.compliances.push(Compliance { dof, value: Value::of(affine.clone()) }),
+                    None => {
+                        self.compliances.push(Compliance { holder: of.holder, dof, value: Value::of(affine.clone()) })
+                    }
                 }
                 if !held.contains(&dof) {
                     loose.get_or_insert(*name);
@@ -111,6 +116,5 @@ struct Giving<'a> {
     nodes: Vec<&'a String>,
     /// Whether it holds anything itself.
     is_own: bool,
-    /// What it is, what it does, and the key of the dofs to which it does so.
-    words: [&'static str; 3],
+    holder: Holder,
 }
