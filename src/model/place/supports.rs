@@ -14,41 +14,39 @@ impl Placer<'_> {
     /// One entry a held dof, of supports and of rigid links; what several entries say of it is in series.
     pub(super) fn supports(&mut self) {
         let spec = self.spec;
-        let held =
-            self.held(spec.supports.values().map(|s| (s.nodes().collect(), Box::new(|d| s.holds(d)) as Holds<'_>)));
-        for (name, support) in &spec.supports {
-            let of = Giving {
-                path: child("supports", name),
-                compliance: &support.compliance,
-                nodes: support.nodes().collect(),
-                is_own: support.fixed.as_ref().is_none_or(|all| !all.is_empty()),
-                holder: Holder::Support,
-            };
-            self.gives(&of, |dof| support.holds(dof), &held);
+        let supports = spec.supports.iter().map(|(name, support)| Giving {
+            path: child("supports", name),
+            holder: Holder::Support,
+            nodes: support.nodes().collect(),
+            holds: Dof::ALL.into_iter().filter(|dof| support.holds(*dof)).collect(),
+            compliance: &support.compliance,
+        });
+        let links = spec.rigid_links.iter().map(|(name, link)| Giving {
+            path: child("rigid_links", name),
+            holder: Holder::Link,
+            nodes: link.slaves.iter().collect(),
+            holds: Dof::ALL.into_iter().filter(|dof| link.holds(*dof)).collect(),
+            compliance: &link.compliance,
+        });
+        let entries: Vec<Giving<'_>> = supports.chain(links).collect();
+        if entries.iter().all(|entry| entry.compliance.is_empty()) {
+            return;
         }
-        let held = self.held(
-            spec.rigid_links.values().map(|l| (l.slaves.iter().collect(), Box::new(|d| l.holds(d)) as Holds<'_>)),
-        );
-        for (name, link) in &spec.rigid_links {
-            let of = Giving {
-                path: child("rigid_links", name),
-                compliance: &link.compliance,
-                nodes: link.slaves.iter().collect(),
-                is_own: link.dofs.as_ref().is_none_or(|all| !all.is_empty()),
-                holder: Holder::Link,
-            };
-            self.gives(&of, |dof| link.holds(dof), &held);
-        }
+        let held = entries.iter().flat_map(|entry| {
+            let nodes = entry.nodes.iter().filter_map(|name| self.geometry.node(name));
+            nodes.flat_map(|node| entry.holds.iter().map(move |&dof| (entry.holder, 6 * node + dof as usize)))
+        });
+        let held: HashSet<(Holder, usize)> = held.collect();
+        entries.iter().for_each(|entry| self.gives(entry, &held));
     }
 
     /// The compliances of one entry.
     ///
-    /// * `holds` - whether it holds a dof itself
-    /// * `held` - the dofs that any entry of its kind holds
-    fn gives(&mut self, of: &Giving<'_>, holds: impl Fn(Dof) -> bool, held: &HashSet<usize>) {
-        let [entry, verb, key] = match of.holder {
-            Holder::Support => ["support", "holds", "fixed"],
-            Holder::Link => ["link", "carries", "dofs"],
+    /// * `held` - the dofs that any entry holds
+    fn gives(&mut self, of: &Giving<'_>, held: &HashSet<(Holder, usize)>) {
+        let [entry, holds, hold, key] = match of.holder {
+            Holder::Support => ["support", "holds", "hold", "fixed"],
+            Holder::Link => ["link", "carries", "carry", "dofs"],
         };
         for (direction, scalar) in of.compliance {
             let path = format!("{}.compliance.{direction}", of.path);
@@ -63,11 +61,9 @@ impl Placer<'_> {
                 self.error(path, "a compliance must not be negative, anywhere within the bounds of its parameters");
                 continue;
             }
-            if !holds(dof) && of.is_own {
-                let why = format_args!(
-                    "the {entry} does not {} `{direction}`: add it to `{key}`, or leave this out",
-                    &verb[..verb.len() - 1]
-                );
+            if !of.holds.contains(&dof) && !of.holds.is_empty() {
+                let why =
+                    format_args!("the {entry} does not {hold} `{direction}`: add it to `{key}`, or leave this out");
                 self.error(path, why);
                 continue;
             }
@@ -82,39 +78,26 @@ impl Placer<'_> {
                         self.compliances.push(Compliance { holder: of.holder, dof, value: Value::of(affine.clone()) })
                     }
                 }
-                if !held.contains(&dof) {
+                if !held.contains(&(of.holder, dof)) {
                     loose.get_or_insert(*name);
                 }
             }
             if let Some(node) = loose {
                 let why = format_args!(
-                    "no {entry} {verb} `{node}.{direction}`, so that its compliance changes nothing: leave out `{key}: []`, or name the direction there"
+                    "no {entry} {holds} `{node}.{direction}`, so that its compliance changes nothing: leave out `{key}: []`, or name the direction there"
                 );
                 self.problems.push(Problem::warning(path, why));
             }
         }
     }
-
-    /// The dofs that entries hold, 6 n + i of node n.
-    fn held<'a>(&self, entries: impl Iterator<Item = (Vec<&'a String>, Holds<'a>)>) -> HashSet<usize> {
-        let of = |(node, dof): (&String, Dof)| Some(6 * self.geometry.node(node)? + dof as usize);
-        let all = entries.flat_map(|(nodes, holds)| {
-            let held: Vec<Dof> = Dof::ALL.into_iter().filter(|dof| holds(*dof)).collect();
-            held.into_iter().flat_map(move |dof| nodes.clone().into_iter().map(move |node| (node, dof)))
-        });
-        all.filter_map(of).collect()
-    }
 }
-
-/// Whether an entry holds a dof of its nodes.
-type Holds<'a> = Box<dyn Fn(Dof) -> bool + 'a>;
 
 /// An entry that may give.
 struct Giving<'a> {
     path: String,
-    compliance: &'a Named<Scalar>,
-    nodes: Vec<&'a String>,
-    /// Whether it holds anything itself.
-    is_own: bool,
     holder: Holder,
+    nodes: Vec<&'a String>,
+    /// The dofs that it holds itself; none where it says how much others give.
+    holds: Vec<Dof>,
+    compliance: &'a Named<Scalar>,
 }
