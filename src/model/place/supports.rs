@@ -34,7 +34,7 @@ impl Placer<'_> {
         }
         let held = entries.iter().flat_map(|entry| {
             let nodes = entry.nodes.iter().filter_map(|name| self.geometry.node(name));
-            nodes.flat_map(|node| entry.holds.iter().map(move |&dof| (entry.holder, 6 * node + dof as usize)))
+            nodes.flat_map(move |node| entry.holds.iter().map(move |&dof| (entry.holder, 6 * node + dof as usize)))
         });
         let held: HashSet<(Holder, usize)> = held.collect();
         entries.iter().for_each(|entry| self.gives(entry, &held));
