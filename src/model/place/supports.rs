@@ -37,7 +37,9 @@ impl Placer<'_> {
             nodes.flat_map(move |node| entry.holds.iter().map(move |&dof| (entry.holder, 6 * node + dof as usize)))
         });
         let held: HashSet<(Holder, usize)> = held.collect();
-        entries.iter().for_each(|entry| self.gives(entry, &held));
+        for entry in &entries {
+            self.gives(entry, &held);
+        }
     }
 
     /// The compliances of one entry.
@@ -72,11 +74,10 @@ impl Placer<'_> {
                 // A node that is not there is said where supports and links hold.
                 let Some(node) = self.geometry.node(name) else { continue };
                 let dof = 6 * node + dof as usize;
-                match self.compliances.iter_mut().find(|c| (c.holder, c.dof) == (of.holder, dof)) {
-                    Some(known) => known.value.addends.push(affine.clone()),
-                    None => {
-                        self.compliances.push(Compliance { holder: of.holder, dof, value: Value::of(affine.clone()) })
-                    }
+                if let Some(known) = self.compliances.iter_mut().find(|c| (c.holder, c.dof) == (of.holder, dof)) {
+                    known.value.addends.push(affine.clone());
+                } else {
+                    self.compliances.push(Compliance { holder: of.holder, dof, value: Value::of(affine.clone()) });
                 }
                 if !held.contains(&(of.holder, dof)) {
                     loose.get_or_insert(*name);
