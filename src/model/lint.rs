@@ -292,7 +292,7 @@ fn motion(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
             let first: Vec<usize> = modes.elastic().skip(modes.n_mechanism).take(FIRST_MODES).collect();
             s.mesh_errors = model.mesh_errors(&theta, &modes, &first)?;
             s.warnings.extend(mesh::coarse(model, &modes, &s.mesh_errors));
-            s.warnings.extend(drilling::drilling(model, &system, &modes));
+            s.warnings.extend(drilling::drilling(model, &theta, &system, &modes));
             s.warnings.extend(lost_digits(modes.elastic().map(|r| modes.lambda[r]).next(), k, m));
             // What moves without stiffness is the part that hangs on nothing.
             if let Some(apart) = apart {

@@ -172,4 +172,8 @@ fn a_body_on_one_node_of_a_shell_hangs_on_drilling_alone() {
     assert!(hangs(&said), "{said:?}");
     assert!(!hangs(&said_of("1e-9 kg m2", "")));
     assert!(!hangs(&said_of("0.05 kg m2", "rigid_links: {foot: {master: n, slaves: [a, b]}}")));
+    // Springs to the ground: along the plate they hold no turn, about the normal they do, and they are no bodies.
+    let spring = |of: &str| format!("springs: {{soil: {{node: n, {of}}}}}");
+    assert!(hangs(&said_of("0.05 kg m2", &spring("k: {ux: 10 N/m}"))));
+    assert!(!hangs(&said_of("0.05 kg m2", &spring("k: {rz: 10 N m/rad}"))));
 }

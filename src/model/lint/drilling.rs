@@ -2,6 +2,7 @@
 
 use super::{FIRST_MODES, mesh};
 use crate::element::Dof;
+use crate::linalg::SymMatrix;
 use crate::linalg::sparse::SparseSym;
 use crate::modal::Modes;
 use crate::model::ParametricModel;
@@ -19,10 +20,20 @@ const FLAT: f64 = 0.97;
 /// Bodies with inertia about the normal of the shells at their node, and nothing else there, that turn below the first modes or among them.
 ///
 /// Alone it would turn at f = √(nᵀK n / nᵀM n) / 2π with n in the rotations of the node.
-pub(super) fn drilling(model: &Model, system: &SparseSystem, modes: &Modes) -> Vec<Problem> {
+pub(super) fn drilling(model: &Model, theta: &[f64], system: &SparseSystem, modes: &Modes) -> Vec<Problem> {
     let mut at: BTreeMap<usize, (Vec<&PlacedElement>, Vec<&PlacedElement>)> = BTreeMap::new();
-    for body in model.elements().iter().filter(|e| e.joined().len() == 1 && e.nodes.len() == 1) {
-        at.entry(body.nodes[0]).or_default().0.push(body);
+    let mut held: HashMap<usize, Vec<Vector>> = HashMap::new();
+    for (i, e) in model.elements().iter().enumerate().filter(|(_, e)| e.joined().len() == 1 && e.nodes.len() == 1) {
+        let Ok(matrices) = model.element_matrices(i, theta) else { continue };
+        let motion = model.element_motion(i);
+        let turns = |of: &SymMatrix| -> Vec<Vector> {
+            let loaded = motion.loads(of);
+            (0..3).filter(|&a| loaded.get(3 + a) == Some(&true)).map(|a| e.axes[a]).collect()
+        };
+        held.entry(e.nodes[0]).or_default().extend(turns(&matrices.stiffness));
+        if !turns(&matrices.mass).is_empty() {
+            at.entry(e.nodes[0]).or_default().0.push(e);
+        }
     }
     for e in model.elements().iter().filter(|e| e.joined().len() > 1) {
         for n in e.joined().iter() {
@@ -35,6 +46,10 @@ pub(super) fn drilling(model: &Model, system: &SparseSystem, modes: &Modes) -> V
     let Some(highest) = highest else { return Vec::new() };
     let bodies = at.into_iter().filter_map(|(node, (bodies, others))| {
         let normal = common_normal(&others)?;
+        // What a spring to the ground holds does not hang on the plate.
+        if held[&node].iter().any(|&axis| dot(axis, normal).abs() > 0.1) {
+            return None;
+        }
         let rows: Vec<usize> =
             [Dof::Rx, Dof::Ry, Dof::Rz].into_iter().map(|dof| alone(model, node, dof)).collect::<Option<_>>()?;
         Some((node, bodies, normal, rows))

@@ -91,7 +91,7 @@ pub fn slip_of_unit(model: &dyn ParametricModel, test: &TestData) -> Result<Opti
 /// Single frequencies that are a factor of two units off, in words, while those of the other certain pairs, three or more, are near the model's.
 ///
 /// A slip leaves a mode as near to its partner as the other modes are to theirs: with `r` the ratios of test to model of the others, the ratio of the slipped one lies within
-/// `min r` and `max r` times the factor, with [`SPARE`] on both sides. A mode that is not of the structure, and looks like one of its modes to a few sensors, seldom does.
+/// `min r` and `max r` times the factor, with a margin of two per cent on both sides. A mode that is not of the structure, and looks like one of its modes to a few sensors, seldom does.
 ///
 /// # Errors
 /// The sensors have no place on the model; it cannot be solved.
