@@ -29,6 +29,7 @@ mod candidate;
 pub mod conformance;
 mod connection;
 mod cut;
+mod dashpot_change;
 mod distributed_mass;
 mod eccentric_mass;
 mod edit;
@@ -96,6 +97,7 @@ catalogue! {
     bending_stiffness_change::BendingStiffnessChange,
     connection::Connection,
     cut::Cut,
+    dashpot_change::DashpotChange,
     distributed_mass::DistributedMass,
     eccentric_mass::EccentricMass,
     fibre_angle::FibreAngle,

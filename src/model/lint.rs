@@ -226,7 +226,8 @@ fn magnitudes(model: &Model, s: &mut Soundness) {
 
 fn parameters(model: &Model, s: &mut Soundness) -> Result<(), ModelError> {
     let theta = interior_point(model.parameters());
-    for j in model.parameters().free() {
+    let damps_modes = |j: usize| model.modal_damping().is_some_and(|zeta| zeta.slope(j) != 0.0);
+    for j in model.parameters().free().into_iter().filter(|&j| !damps_modes(j)) {
         let d = model.assemble_sparse_derivative(&theta, j)?;
         let matrices = [Some(d.stiffness), Some(d.mass), d.damping];
         let zero = matrices.iter().flatten().all(|a| a.entries().all(|e| e.2 == 0.0));

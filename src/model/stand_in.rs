@@ -9,6 +9,7 @@
 //! exert on the modes. So a change of any size is represented exactly in statics, and its resonances through V. Coordinates that a change brings
 //! (a body on a spring) are coordinates here too.
 
+mod at_one_point;
 mod forces;
 mod seen;
 mod sum;
@@ -60,6 +61,8 @@ struct Common {
     terms: Vec<Term>,
     /// M of what is not a polynomial, at θ.
     frozen_mass: Option<SparseSym>,
+    /// Rᵀ M R of the rigid motions in the terms of `affine`.
+    masses: AffineMass,
     affine: AffinePart,
     factor: Arc<PencilFactor>,
     shift: f64,
@@ -166,6 +169,7 @@ impl StandIn {
             is_damped,
             terms,
             frozen_mass,
+            masses: model.affine_mass_part().clone(),
             affine: affine.clone(),
             factor: reduced.factor().clone(),
             shift,
@@ -321,7 +325,7 @@ impl StandIn {
         let size = self.dofs.n_dof();
         let own = self.common.model.parameters().len();
         let mut sum = Sum::new(size, self.parameters.len());
-        let masses = self.common.model.affine_mass_part();
+        let masses = &self.common.masses;
         let terms = self.common.affine.bases().zip(&self.common.terms);
         let mut grown = terms.zip(masses.linear.iter().chain(&masses.products));
         let mut next = |into: &mut Summed| {

@@ -18,6 +18,11 @@ use std::sync::Arc;
 /// Changes that are placed at once: a file may have some 10⁵ elements, and each may bring some.
 const AT_ONCE: usize = 20_000;
 
+/// Elastic modes that are kept for every measured one, and on top of them, where the parameters stay: what a change needs beside them is its static
+/// shapes.
+const OF_A_MODE: usize = 3;
+const AT_LEAST: usize = 4;
+
 /// The scene with an effect in it.
 pub(crate) fn with_effect(scene: &Scene, candidate: &Candidate) -> Result<Scene, DiagnosisError> {
     let added = [scene.added.clone(), candidate.parameters.clone()].concat();
@@ -68,6 +73,23 @@ impl Scene {
             self.place(std::slice::from_ref(candidate));
         }
         self.changes.get(&key)
+    }
+
+    /// The same at one point of the parameters, for a look at changes of many sizes there: what stands in for a model keeps its lowest modes at this point
+    /// alone. On a mesh of more dofs than matrices are dense for, where another factor takes seconds, stand-ins stay as they are.
+    ///
+    /// * `theta` - the parameters of the model, in the order of what is solved
+    pub(crate) fn at_one_point(&self, theta: &[f64]) -> Self {
+        if self.is_huge() {
+            return self.clone();
+        }
+        let at_one_point = |case: &Case| {
+            let kept = OF_A_MODE * case.test.modes.len() + AT_LEAST;
+            let made = case.stand_in.as_ref()?.at_one_point(theta, kept).ok()??;
+            Some(case.with_stand_in(made))
+        };
+        let cases = self.cases.iter().map(|c| at_one_point(c).unwrap_or_else(|| c.clone())).collect();
+        Self { cases, ..self.clone() }
     }
 
     /// With a change of the stand-ins.

@@ -9,6 +9,7 @@ use crate::problem::changed::with_effect;
 use crate::problem::fit::project;
 use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
+use crate::problem::scene::Scene;
 use crate::screen::effects::{Score, Screened, is_small, steps};
 use crate::screen::stage::Stage;
 use rayon::prelude::*;
@@ -31,8 +32,9 @@ pub(super) fn by_size(stage: &Stage) -> Vec<&Score> {
 /// What effects leave at the sizes from which they would be fitted.
 fn evaluated(stage: &Stage, all: &[Score]) -> Vec<Option<f64>> {
     let work = stage.settings.listener.work("looking at effects of several sizes", all.len());
+    let scene = stage.scene.at_one_point(&stage.fit.theta);
     let look = |s: &Score| {
-        let left = if stage.settings.until.is_over() { None } else { least_left(stage, s).ok().flatten() };
+        let left = if stage.settings.until.is_over() { None } else { least_left(&scene, stage, s).ok().flatten() };
         work.step();
         left
     };
@@ -57,9 +59,11 @@ fn screened(stage: &Stage, all: &[Score]) -> Vec<Option<f64>> {
 }
 
 /// The least that an effect leaves of the projected residual at any of the sizes from which it is fitted.
-fn least_left(stage: &Stage, score: &Score) -> Result<Option<f64>, DiagnosisError> {
+///
+/// * `scene` - at the point of the fit
+fn least_left(scene: &Scene, stage: &Stage, score: &Score) -> Result<Option<f64>, DiagnosisError> {
     let screened = &stage.screened[score.index];
-    let scene = with_effect(&stage.scene, &screened.candidate)?;
+    let scene = with_effect(scene, &screened.candidate)?;
     let comparisons = scene.comparisons()?;
     let priors = vec![Prior::NONE; scene.solved().parameters().free().len()];
     let posed = Posed::new(&scene, &comparisons, priors, stage.weight);

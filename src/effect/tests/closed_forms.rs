@@ -283,6 +283,9 @@ fn springs_and_dashpots_stand_on_their_dof() {
     assert!(system.damping.is_none());
     let (_, system, _) = with(MASS_ON_SPRING, "ground-dashpot@n.uz", &[7.0]);
     assert_eq!(system.damping, Some(DMatrix::from_row_slice(2, 2, &[7.0, 0.0, 0.0, 0.0])));
+    let damped = MASS_ON_SPRING.replace("ry: 500}", "ry: 500}, c: {uz: 8, ry: 2}");
+    let (_, system, _) = with(&damped, "dashpot-change@s", &[-0.25]);
+    assert_eq!(system.damping, Some(DMatrix::from_row_slice(2, 2, &[6.0, 0.0, 0.0, 1.5])));
 }
 
 #[test]
