@@ -8,6 +8,7 @@ mod abaqus;
 mod bff;
 #[path = "correlation/main.rs"]
 mod correlation;
+mod damped;
 mod deck_folders;
 mod decks;
 mod design;

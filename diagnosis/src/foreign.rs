@@ -15,12 +15,13 @@ use super::problem::scene::Scene;
 use super::result::{ForeignMode, Verdict};
 use super::screen::stage::stage_begun;
 use super::search::basin::in_the_lowest_basin;
-use super::search::hypothesis::{Refit, Tried, leaving_noise};
+use super::search::hypothesis::{Refit, Tried};
 use super::search::one_cause::{OneCause, one_cause_of};
 use super::search::singles::refit;
 use super::settings::Settings;
 use super::verdict::decide::conclude;
 use super::verdict::pairs::pairs_of;
+use super::verdict::so_far::so_far;
 use crate::thresholds::{BY_CHANCE, MISREAD, STRONG};
 use retune::catalogue::did_you_mean;
 use retune::data::{Standing, TestData};
@@ -253,19 +254,7 @@ pub(super) fn investigate(
     found.diagnosis.work = work.so_far().since(before);
     if settings.until.was_cut() {
         found.diagnosis.is_partial = true;
-        let so_far = match found.diagnosis.verdict {
-            Verdict::Unexplained => {
-                match leaving_noise(found.refits.iter().filter(|r| r.ln_bayes > STRONG))? {
-                    Some(r) => format!(
-                        "{} leaves no more than noise, but what else does was not asked: give it more time before it is believed",
-                        r.id(&found.base.scene)
-                    ),
-                    None => "nothing that was tried by then explains the test: give it more time before anything else is doubted"
-                        .to_string(),
-                }
-            }
-            _ => found.diagnosis.sentence,
-        };
+        let so_far = so_far(&found.base, &found.refits, &found.diagnosis)?;
         found.diagnosis.sentence = format!("the search was stopped before its end; {so_far}");
     }
     Ok(found)

@@ -2,6 +2,7 @@
 
 use super::EvalError;
 use super::close_modes::{Closeness, DOUBLE, Measured, clusters, seen, turn};
+use super::damped::Damped;
 use super::followed::Followed;
 use super::prediction::{Prediction, PredictionDerivative};
 use super::real_shapes::real_shapes;
@@ -46,7 +47,7 @@ pub struct Comparison<'a> {
     /// Loads of the static tests as columns, (n_dof x n_tests).
     loads: DMatrix<f64>,
     /// Whether the model has dashpots.
-    is_damped: bool,
+    has_dashpots: bool,
     responses: Option<FrfRows>,
     /// What modes of the model are followed by.
     followed: Followed,
@@ -106,15 +107,15 @@ impl<'a> Comparison<'a> {
         let start = starting_point(model);
         // Twice the measured modes and some more: partners may sit higher, and unmeasured modes lie between.
         let n_elastic = 2 * test.modes.len() + 4;
-        let (solver, is_damped) = match solver.filter(|s| s.serves(model)) {
+        let (solver, has_dashpots) = match solver.filter(|s| s.serves(model)) {
             Some(solver) => {
                 let system = model.assemble_sparse(&start).map_err(failed)?;
                 (solver, system.damping.is_some())
             }
             None => {
                 let solver = ModalSolver::new(model, &start, n_elastic).map_err(failed)?;
-                let is_damped = solver.is_damped();
-                (Arc::new(solver), is_damped)
+                let has_dashpots = solver.is_damped();
+                (Arc::new(solver), has_dashpots)
             }
         };
         let mut shapes = real_shapes(test);
@@ -150,7 +151,7 @@ impl<'a> Comparison<'a> {
             pairing,
             plans,
             loads,
-            is_damped: is_damped || model.modal_damping().is_some(),
+            has_dashpots,
             responses,
             followed: Followed::new(model, test),
             recent: Recent::new(n_dof),
@@ -214,7 +215,12 @@ impl<'a> Comparison<'a> {
 
     /// Whether the model has damping, so that it predicts ratios.
     pub fn is_damped(&self) -> bool {
-        self.is_damped
+        self.has_dashpots || self.model.modal_damping().is_some()
+    }
+
+    /// Whether it has dashpots, which may couple modes.
+    pub(super) fn has_dashpots(&self) -> bool {
+        self.has_dashpots
     }
 
     /// The frequency responses that a fit uses, when there are any.
@@ -282,11 +288,19 @@ impl<'a> Comparison<'a> {
 
     fn predict_of(&self, theta: &[f64], matrices: Matrices, mut modes: Modes) -> Result<Prediction, EvalError> {
         let elastic = modes.elastic();
-        let frequencies_hz: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let undamped: Vec<f64> = elastic.clone().map(|i| modes.frequency_hz(i)).collect();
+        let mut damped = Damped::new(&matrices, &modes);
         let sensors = self.sensors_at(theta)?;
         let read = |modes: &Modes| &*sensors * modes.shapes.columns(elastic.start, elastic.len());
+        let listed = |modes: &Modes, damped: Option<&Damped>| {
+            let (mut frequencies_hz, mut at_sensors) = (undamped.clone(), read(modes));
+            damped.inspect(|damped| damped.put(&sensors, &mut frequencies_hz, &mut at_sensors));
+            hide_unseen(&mut at_sensors);
+            let mac = mac_with(&at_sensors, &self.shapes);
+            (frequencies_hz, at_sensors, mac)
+        };
         let mut families = self.families_of(&modes);
-        let mut clusters = clusters(&frequencies_hz, self.closeness(), |a, b| families[a] == families[b]);
+        let mut clusters = clusters(&undamped, self.closeness(), |a, b| families[a] == families[b]);
         if self.has_shapes() && !clusters.is_empty() {
             let at_sensors = read(&modes);
             clusters = seen(clusters, &at_sensors);
@@ -295,9 +309,8 @@ impl<'a> Comparison<'a> {
             }
             families = self.families_of(&modes);
         }
-        let mut at_sensors = read(&modes);
-        hide_unseen(&mut at_sensors);
-        let mut mac = mac_with(&at_sensors, &self.shapes);
+        damped.iter_mut().for_each(|damped| damped.leave(&clusters));
+        let (mut frequencies_hz, mut at_sensors, mut mac) = listed(&modes, damped.as_ref());
         let mut pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
         let mut turns = Vec::new();
         for space in &self.spaces {
@@ -317,9 +330,8 @@ impl<'a> Comparison<'a> {
         }
         if !turns.is_empty() {
             families = self.families_of(&modes);
-            at_sensors = read(&modes);
-            hide_unseen(&mut at_sensors);
-            mac = mac_with(&at_sensors, &self.shapes);
+            damped.iter_mut().for_each(|damped| damped.leave(&clusters));
+            (frequencies_hz, at_sensors, mac) = listed(&modes, damped.as_ref());
             pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
         }
         let mass_properties =
@@ -340,6 +352,7 @@ impl<'a> Comparison<'a> {
             mac,
             pairs,
             mass_properties,
+            damped,
             responses: Once::new(),
         })
     }
@@ -471,7 +484,8 @@ impl<'a> Comparison<'a> {
         wanted: &[usize],
     ) -> Result<PredictionDerivative, EvalError> {
         let failed = |e: ModelError| EvalError::Unsolvable { reason: e.to_string() };
-        let of_modes = self.mode_derivatives(theta, prediction, free, wanted).map_err(failed)?;
+        let of_matrices = prediction.matrices.derivatives(self.model, theta, free).map_err(failed)?;
+        let of_modes = self.derivatives_of_modes(prediction, &of_matrices, wanted).map_err(failed)?;
         let sensors = self.sensors_at(theta)?;
         let slopes = if self.varying.is_empty() { Vec::new() } else { self.slopes_of_rows(theta, free)? };
         let mut modes = vec![None; prediction.frequencies_hz.len()];
@@ -486,24 +500,17 @@ impl<'a> Comparison<'a> {
                 let own = slope * phi;
                 self.varying.iter().zip(own.iter()).for_each(|(&i, v)| at_sensors[(i, j)] += v);
             }
-            modes[mode] = Some((d.lambda * (f / (2.0 * lambda)), at_sensors));
+            let undamped = (d.lambda * (f / (2.0 * lambda)), at_sensors);
+            let damped = prediction.damped.as_ref();
+            modes[mode] =
+                Some(damped.and_then(|c| c.beside(mode, &sensors, &of_matrices, &undamped.1)).unwrap_or(undamped));
         }
         Ok(PredictionDerivative { modes })
     }
 
-    /// Derivatives of some elastic modes, `None` for a double one.
-    fn mode_derivatives(
-        &self,
-        theta: &[f64],
-        prediction: &Prediction,
-        free: &[usize],
-        modes: &[usize],
-    ) -> Result<Vec<Option<ModeDerivative>>, ModelError> {
-        let slopes = prediction.matrices.derivatives(self.model, theta, free)?;
-        self.derivatives_of_modes(prediction, &slopes, modes)
-    }
-
-    /// [`Self::mode_derivatives`] with the derivatives of the matrices at hand.
+    /// Derivatives of some elastic modes, without what dashpots couple; `None` for a double one.
+    ///
+    /// * `slopes` - derivatives of the matrices
     pub(super) fn derivatives_of_modes(
         &self,
         prediction: &Prediction,

@@ -1,5 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
+use super::damped::Damped;
 use super::spaces::Turn;
 use crate::correlation::{ModePair, PairedModes};
 use crate::linalg::{Complex, DMatrix, DVector};
@@ -36,6 +37,8 @@ pub struct Prediction {
     pub pairs: PairedModes,
     /// Mass properties, if the model knows them.
     pub mass_properties: Option<MassProperties>,
+    /// What dashpots make of the modes, where they couple them: `frequencies_hz` and `at_sensors` are with them, `modes` without.
+    pub(super) damped: Option<Damped>,
     /// The model's values of the test's frequency responses, once they have been asked for.
     pub(super) responses: Once<Vec<Complex<f64>>>,
 }
@@ -75,6 +78,7 @@ impl Prediction {
             mac,
             pairs: PairedModes::default(),
             mass_properties: None,
+            damped: None,
             responses: Once::new(),
         }
     }

@@ -16,7 +16,8 @@ use crate::element::Dof;
 use crate::fault::FaultError;
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::{ModalDamping, Modes, SolveOptions, synthesize};
-use crate::model::{ModelError, ParametricModel, solve_modes, spread};
+use crate::model::{Matrices, ModelError, ParametricModel, solve_modes, spread};
+use crate::objective::Damped;
 use crate::optim::Draw;
 use fault::Inflicted;
 use rand::SeedableRng;
@@ -256,17 +257,31 @@ pub fn twin_modes(
     let listed: Vec<usize> = listed.take(options.n_modes).collect();
     let frequencies_hz: Vec<f64> = listed.iter().map(|&r| modes.frequency_hz(r)).collect();
     let faults = Inflicted::new(model, sensors, &options.faults, &frequencies_hz)?;
-    let mut at = faults.observe(model, theta, sensors)? * &modes.shapes;
+    let observed = faults.observe(model, theta, sensors)?;
+    let mut at = &observed * &modes.shapes;
+    let (first, mut hz) = (modes.n_rigid, modes.elastic().map(|r| modes.frequency_hz(r)).collect::<Vec<_>>());
+    let coupled = if options.damping.is_none() { coupled_modes(model, theta, options.n_modes)? } else { None };
+    if let Some(coupled) = &coupled {
+        let mut elastic = at.columns(first, hz.len()).into_owned();
+        coupled.put(&observed, &mut hz, &mut elastic);
+        at.columns_mut(first, hz.len()).copy_from(&elastic);
+    }
     faults.mix(&mut at, &listed, &frequencies_hz);
     let named = name_modes(model, theta, &modes)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     rng.set_stream(MODES_STREAM);
     let origin = Origin::Synthetic(origin.to_string());
     let has_names = model.mirror().is_some();
-    let ratios = damping(model, theta, &modes, options.damping)?.ratios;
+    let mut ratios = damping(model, theta, &modes, options.damping)?.ratios;
+    let constant = model.modal_damping().map_or(0.0, |zeta| zeta.at(theta));
+    for r in modes.elastic() {
+        if let Some(ratio) = coupled.as_ref().and_then(|c| c.ratio(r - first)) {
+            ratios[r] = constant + ratio;
+        }
+    }
     let mut out = Vec::new();
     for r in listed.into_iter().filter(|&r| is_seen(&at, r)) {
-        let f = modes.frequency_hz(r);
+        let f = hz[r - first];
         let column = at.column(r);
         let largest = column.iter().fold(0.0_f64, |a, v| if v.abs() > a.abs() { *v } else { a });
         let scale = if largest == 0.0 { 1.0 } else { largest };
@@ -478,12 +493,22 @@ fn modes(model: &dyn ParametricModel, theta: &[f64], n_elastic: usize) -> Result
     Ok(solve_modes(model, theta, SolveOptions { n_elastic, shift: None })?)
 }
 
+/// What dashpots make of the modes, where they couple them.
+fn coupled_modes(model: &dyn ParametricModel, theta: &[f64], n_modes: usize) -> Result<Option<Damped>, TwinError> {
+    let system = model.assemble_sparse(theta)?;
+    if system.damping.is_none() {
+        return Ok(None);
+    }
+    // As many as a comparison has.
+    Ok(Damped::new(&Matrices::Sparse(system), &modes(model, theta, 2 * n_modes + 4)?))
+}
+
 /// The damping ratio of each mode: the one that is given, else what the model's own damping does in it.
 ///
 /// ```text
 /// ζ_r = ζ_0 + φ_rᵀ C φ_r / (2 ω_r)       φᵀ M φ = 1; rigid-body modes have none
 /// ```
-/// Ratios of modes that C couples are those of the uncoupled equations, as the residual of damping ratios predicts them.
+/// Of the uncoupled equations; modes that C couples have others.
 fn damping(
     model: &dyn ParametricModel,
     theta: &[f64],

@@ -73,7 +73,9 @@ pub(crate) fn screen(
             break;
         }
         out.par_iter_mut().skip(first).step_by(stride).for_each(|Screened { candidate, columns: seen }| {
-            if let Ok(changed) = with_effect(scene, candidate) {
+            if !settings.until.is_over()
+                && let Ok(changed) = with_effect(scene, candidate)
+            {
                 *seen = columns(&changed, fit, weight, candidate).unwrap_or_default();
             }
             work.step();

@@ -164,8 +164,9 @@ impl Compiled {
         let n = model.dof_map().n_dof();
         let most = if has_derivatives { MOST_DOFS_ALONE } else { MOST_DOFS };
         let most = |has_mirror: bool| if has_mirror { 2 * most } else { most };
-        // Modes of one space are paired before they are turned, and again after that: the reference path does it.
-        let is_for_reference = !comparison.varying_sensors().is_empty() || comparison.has_spaces();
+        // Modes of one space are paired before they are turned, and again after that, and dashpots couple modes: the reference path does it.
+        let is_for_reference =
+            !comparison.varying_sensors().is_empty() || comparison.has_spaces() || comparison.has_dashpots();
         if n > most(model.mirror().is_some()) || is_for_reference {
             return None;
         }

@@ -11,7 +11,7 @@ use crate::linalg::DMatrix;
 /// ζ = ζ_0 + φᵀ C φ / (2 ω),   ∂ζ = ∂ζ_0 + (2 φᵀ C ∂φ + φᵀ ∂C φ)/(2 ω) - (ζ - ζ_0) ∂λ/(2 λ)
 /// ```
 ///
-/// ζ_0 is the ratio that the model gives every mode. Light damping: the shapes are those of the undamped structure, which is right to first order in ζ.
+/// ζ_0 is the ratio that the model gives every mode. Where dashpots couple modes, -Re s/|s| of the coupled mode stands for φᵀCφ/2ω.
 ///
 /// # Source
 /// M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995.
@@ -24,8 +24,11 @@ fn measured(comparison: &Comparison<'_>) -> Vec<usize> {
     (0..modes.len()).filter(|&i| modes[i].damping_ratio.is_some() && comparison.is_damped()).collect()
 }
 
-/// φᵀ C φ / (2 ω).
+/// φᵀ C φ / (2 ω), or that of the coupled mode.
 fn by_dashpots(at: &Point<'_>, elastic: usize) -> f64 {
+    if let Some(ratio) = at.prediction.damped.as_ref().and_then(|d| d.ratio(elastic)) {
+        return ratio;
+    }
     let k = at.prediction.modes.n_rigid + elastic;
     let shape = at.prediction.modes.shapes.column(k);
     let omega = at.prediction.modes.lambda[k].sqrt();
@@ -72,6 +75,11 @@ impl Residual for Damping {
             let free = at.scaling.free();
             for (j, &parameter) in free.iter().enumerate() {
                 out[(row, j)] = constant.map_or(0.0, |zeta| zeta.slope(parameter)) / test.sd;
+            }
+            let coupled = at.prediction.damped.as_ref();
+            if let Some(all) = coupled.and_then(|d| d.ratio_slopes(a, &d.differentiate(a, &slopes)?)) {
+                all.into_iter().enumerate().for_each(|(j, slope)| out[(row, j)] += slope / test.sd);
+                continue;
             }
             let Some(c_shape) = matrices.damping_times(&shape) else { continue };
             let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);

@@ -45,7 +45,10 @@ impl Check<'_> {
             SensorChange::Drop { sensor } => (
                 "does-not-fit",
                 name(*sensor),
-                format!("sensor {} does not fit the motions of the model, whatever its sign and gain", name(*sensor)),
+                format!(
+                    "sensor {} does not fit the motions of the model, and no other sign or gain is clearly better",
+                    name(*sensor)
+                ),
                 "look at its place and axis on the structure; if they are as stated, the model may lack something beside it: ask `retune diagnose` before it is left out",
             ),
             SensorChange::Structure { sensor } => (
@@ -65,10 +68,12 @@ impl Check<'_> {
         for ((edit, evidence), rivals) in check.changes.iter().zip(rivals) {
             let (code, subject, mut text, remedy) = self.describe(edit);
             let is_fault = !matches!(edit, SensorChange::Structure { .. });
-            text += if is_fault {
-                ": with that change the shapes fit the motions of the model"
-            } else {
-                ": a mass or a spring that the model lacks there moves the shapes as they were measured, and no sensor is accused"
+            text += match edit {
+                SensorChange::Structure { .. } => {
+                    ": a mass or a spring that the model lacks there moves the shapes as they were measured, and no sensor is accused"
+                }
+                SensorChange::Drop { .. } => ": without it the shapes fit the motions of the model",
+                _ => ": with that change the shapes fit the motions of the model",
             };
             if !rivals.is_empty() {
                 let list: Vec<String> = rivals.iter().map(|r| self.describe(r).2).collect();

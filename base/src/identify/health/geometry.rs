@@ -335,7 +335,7 @@ fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: 
             )
         }
         Edit::Drop(k) => {
-            let text = format!("sensor {} does not fit {against}, whatever its sign and gain", name(k));
+            let text = format!("sensor {} does not fit {against}, and no other sign or gain is clearly better", name(k));
             (
                 "does-not-fit",
                 name(k),
