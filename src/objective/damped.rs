@@ -59,7 +59,7 @@ struct Pair {
 pub(super) struct DampedSlopes {
     /// ∂s/∂θ_j.
     s: Vec<Complex<f64>>,
-    /// ∂q/∂θ_j less what it would be without dashpots, one column a parameter.
+    /// ∂q/∂θ_j less what it is of a mode of unit modal mass without dashpots, one column a parameter.
     beyond: DMatrix<Complex<f64>>,
 }
 
@@ -197,9 +197,10 @@ impl Damped {
                 force += complex(c) * *s;
             }
             let solved = lu.solve(&(-force).insert_row(n, Complex::default()))?;
-            // Without dashpots: φ_kᵀ(K' - λ M')φ_i/(λ_i - λ_k).
-            let undamped = slope.stiffness_times(&own) - slope.mass_times(&own) * lambda;
-            let undamped = self.shapes.tr_mul(&undamped);
+            // Without dashpots: φ_kᵀ(K' - λ M')φ_i/(λ_i - λ_k), and -½ φ_iᵀM'φ_i of itself, where q keeps its one.
+            let weighed = slope.mass_times(&own);
+            let undamped = self.shapes.tr_mul(&(slope.stiffness_times(&own) - &weighed * lambda));
+            out.beyond[(mode, j)] = Complex::new(0.5 * own.dot(&weighed), 0.0);
             for k in (0..n).filter(|&k| k != mode) {
                 out.beyond[(k, j)] = solved[k] - undamped[(k, 0)] / (lambda - self.lambda[k]);
             }
