@@ -111,6 +111,8 @@ pub struct StandIn {
     rigid_mass: AffineMass,
     not_in_rigid_mass: Vec<(usize, usize)>,
     general: Vec<General>,
+    /// Whether the model or a change has dashpots.
+    is_damped: bool,
     dofs: DofMap,
     symmetry: Once<Forms>,
 }
@@ -188,6 +190,7 @@ impl StandIn {
             rigid_mass: model.affine_mass_part().clone(),
             not_in_rigid_mass: Vec::new(),
             general: Vec::new(),
+            is_damped,
             dofs,
             symmetry: Once::new(),
         };
@@ -383,6 +386,14 @@ impl StandIn {
         }
         (self.affine, self.rigid_mass) = sum.into_affine();
         (self.general, self.not_in_rigid_mass) = (general, not_in_rigid_mass);
+        let damps = |g: &General| {
+            let placed = &self.changes[g.change];
+            let typical = vec![1.0; placed.change.n_sizes()];
+            let of = |&part: &usize| placed.change.matrices(part, &self.common.theta, &typical);
+            g.parts.iter().any(|part| of(part).is_ok_and(|m| !m.damping.is_zero()))
+        };
+        let has_dashpots = self.affine.bases().any(|b| !b.damping.is_empty());
+        self.is_damped = self.common.is_damped || has_dashpots || self.general.iter().any(damps);
     }
 
     /// A term of the model on all coordinates: K, M, C.
@@ -470,7 +481,7 @@ impl ParametricModel for StandIn {
     }
 
     fn assemble(&self, theta: &[f64]) -> Result<System, ModelError> {
-        let mut system = System::zeros(self.dofs.n_dof(), self.common.is_damped);
+        let mut system = System::zeros(self.dofs.n_dof(), self.is_damped);
         self.assemble_into(theta, &mut system)?;
         Ok(system)
     }
@@ -494,7 +505,7 @@ impl ParametricModel for StandIn {
     fn assemble_derivative(&self, theta: &[f64], j: usize) -> Result<System, ModelError> {
         self.check(theta)?;
         let (own, sizes) = self.of_model(theta);
-        let mut system = System::zeros(self.dofs.n_dof(), self.common.is_damped);
+        let mut system = System::zeros(self.dofs.n_dof(), self.is_damped);
         for (basis, factor) in self.affine.derivative(theta, j) {
             add_basis(&mut system, basis, factor);
         }

@@ -353,6 +353,7 @@ impl<'a> Comparison<'a> {
             pairs,
             mass_properties,
             damped,
+            ratios: None,
             responses: Once::new(),
         })
     }

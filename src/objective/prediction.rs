@@ -39,6 +39,8 @@ pub struct Prediction {
     pub mass_properties: Option<MassProperties>,
     /// What dashpots make of the modes, where they couple them: `frequencies_hz` and `at_sensors` are with them, `modes` without.
     pub(super) damped: Option<Damped>,
+    /// Damping ratios by dashpots of the elastic modes, where they are not those of `matrices` and `modes`.
+    pub(super) ratios: Option<Vec<f64>>,
     /// The model's values of the test's frequency responses, once they have been asked for.
     pub(super) responses: Once<Vec<Complex<f64>>>,
 }
@@ -46,16 +48,30 @@ pub struct Prediction {
 impl Prediction {
     /// The same modes at other frequencies and with other shapes at the sensors, as far as those tell: as in a batch.
     ///
-    /// * `frequencies_hz`, `at_sensors` - of the elastic modes
+    /// * `frequencies_hz`, `at_sensors`, `ratios` - of the elastic modes, ratios by dashpots alone
     #[must_use]
     pub fn moved(
         &self,
         frequencies_hz: Vec<f64>,
         at_sensors: DMatrix<f64>,
+        ratios: Vec<f64>,
         mass_properties: Option<MassProperties>,
     ) -> Self {
         let (clusters, pairs) = (self.clusters.clone(), self.pairs.clone());
-        Self { clusters, pairs, mass_properties, ..Self::seen(frequencies_hz, at_sensors, self.mac.clone()) }
+        let seen = Self::seen(frequencies_hz, at_sensors, self.mac.clone());
+        Self { clusters, pairs, mass_properties, ratios: Some(ratios), ..seen }
+    }
+
+    /// φᵀCφ/(2ω) of an elastic mode, or -Re s/|s| of one that dashpots couple; zero without dashpots.
+    pub fn ratio_by_dashpots(&self, elastic: usize) -> f64 {
+        let coupled = || self.damped.as_ref()?.ratio(elastic);
+        let known = self.ratios.as_ref().map(|ratios| ratios[elastic]);
+        known.or_else(coupled).unwrap_or_else(|| {
+            let k = self.modes.n_rigid + elastic;
+            let shape = self.modes.shapes.columns(k, 1).into_owned();
+            let work = self.matrices.damping_times(&shape).map_or(0.0, |c| shape.dot(&c));
+            work / (2.0 * self.modes.lambda[k].sqrt())
+        })
     }
 
     /// Of what can be seen at the sensors, as in a batch: without matrices, modes, families and pairs.
@@ -79,6 +95,7 @@ impl Prediction {
             pairs: PairedModes::default(),
             mass_properties: None,
             damped: None,
+            ratios: None,
             responses: Once::new(),
         }
     }

@@ -31,6 +31,9 @@ const FIRST_MODES: usize = 20;
 /// A mode that moves the sensors by less than this share of its largest entry is seen by none.
 const UNSEEN: f64 = 1e-9;
 
+/// Damping ratios below this are not measured: a dashpot that a mode does not work has left rounding.
+const LEAST_RATIO: f64 = 1e-6;
+
 /// Damping ratio of every mode of a model that has no damping.
 const OWN_DAMPING: f64 = 0.01;
 
@@ -294,8 +297,8 @@ pub fn twin_modes(
         out.push(TestMode {
             label: has_names.then(|| named[r].label.clone()),
             frequency_hz: measured(frequency, options.frequency_noise * f),
-            damping_ratio: (ratios[r] > 0.0)
-                .then(|| measured(damping.clamp(1e-6, 0.99), options.damping_noise * ratios[r])),
+            damping_ratio: (ratios[r] >= LEAST_RATIO)
+                .then(|| measured(damping.clamp(LEAST_RATIO, 0.99), options.damping_noise * ratios[r])),
             origin: origin.clone(),
             shape_sd: (is_visible && options.shape_noise > 0.0)
                 .then(|| DVector::from_element(shape.len(), options.shape_noise)),

@@ -81,6 +81,8 @@ struct Adjoint {
     modes: Vec<(usize, f64, DVector<f64>)>,
     /// zᵀ of each, (n_sensors x n_dof).
     answers: Vec<DMatrix<f64>>,
+    /// Damping ratios by dashpots of all elastic modes; empty where the model has no damping.
+    ratios: Vec<f64>,
     /// Parameters of the model.
     theta: Vec<f64>,
     /// Rᵀ M R of the six rigid motions, where something is compared with it.
@@ -211,6 +213,8 @@ struct Moved {
     frequencies: Vec<f64>,
     /// Change of its shape at the sensors.
     shapes: Vec<DVector<f64>>,
+    /// Change of its damping ratio by dashpots, without what the change of the shape brings.
+    ratios: Vec<f64>,
     /// The largest of all, relative.
     largest: f64,
     /// Rᵀ ΔM R of the six rigid motions.
@@ -275,8 +279,14 @@ impl Adjoint {
         let is_weighed = !case.test.mass_properties.is_empty() || model.targets() != Targets::default();
         let mass = (is_weighed && prediction.mass_properties.is_some()).then(|| model.rigid_mass(&theta));
         let mass = mass.transpose().map_err(failed)?;
+        let n_elastic = prediction.frequencies_hz.len();
+        let ratios = if comparison.is_damped() {
+            (0..n_elastic).map(|elastic| prediction.ratio_by_dashpots(elastic)).collect()
+        } else {
+            Vec::new()
+        };
         let mounted = case.test.sensors.iter().enumerate().filter_map(|(i, s)| Mounted::new(model, i, s)).collect();
-        Ok(Self { prediction, modes, answers, theta, mass, mounted })
+        Ok(Self { prediction, modes, answers, ratios, theta, mass, mounted })
     }
 
     /// What a change of these sizes does, to first order.
@@ -302,7 +312,23 @@ impl Adjoint {
             shapes.push(shape);
         }
         let mass = self.mass.as_ref().and_then(|_| change.rigid_mass(&self.theta, sizes).ok());
-        Some(Moved { frequencies, shapes, largest, mass })
+        let ratios = self.ratios_moved(change, sizes, &frequencies)?;
+        Some(Moved { frequencies, shapes, ratios, largest, mass })
+    }
+
+    /// φᵀΔCφ/2ω - ζ δω/ω of the paired modes.
+    ///
+    /// * `frequencies` - δω/ω
+    fn ratios_moved(&self, change: &Change, sizes: &[f64], frequencies: &[f64]) -> Option<Vec<f64>> {
+        if self.ratios.is_empty() || self.modes.is_empty() {
+            return Some(Vec::new());
+        }
+        let shapes: Vec<DVector<f64>> = self.modes.iter().map(|(_, _, phi)| phi.clone()).collect();
+        let work = change.damping_of(&self.theta, sizes, &DMatrix::from_columns(&shapes)).ok()?;
+        let of = |((elastic, lambda, _), (work, moved)): (&(usize, f64, _), (f64, &f64))| {
+            work / (2.0 * lambda.sqrt()) - self.ratios[*elastic] * moved
+        };
+        Some(self.modes.iter().zip(work.into_iter().zip(frequencies)).map(of).collect())
     }
 
     /// What sensors read more of the modes, as sums over the rows, as they stand on nodes that a change moves:
@@ -331,8 +357,12 @@ impl Adjoint {
     fn at(&self, moved: &Moved, share: f64) -> Prediction {
         let mut frequencies = self.prediction.frequencies_hz.clone();
         let mut at_sensors = self.prediction.at_sensors.clone();
+        let mut ratios = self.ratios.clone();
         for (k, (elastic, ..)) in self.modes.iter().enumerate() {
             frequencies[*elastic] *= 1.0 + share * moved.frequencies[k];
+            if let (Some(ratio), Some(more)) = (ratios.get_mut(*elastic), moved.ratios.get(k)) {
+                *ratio += share * more;
+            }
             let mut column = at_sensors.column_mut(*elastic);
             column.axpy(share, &moved.shapes[k], 1.0);
         }
@@ -341,7 +371,7 @@ impl Adjoint {
             moved.mass.iter().for_each(|more| all.add_scaled(share, more));
             MassProperties::from_rigid_mass(&all)
         });
-        self.prediction.moved(frequencies, at_sensors, mass)
+        self.prediction.moved(frequencies, at_sensors, ratios, mass)
     }
 }
 

@@ -371,6 +371,30 @@ fn a_test_of_a_complete_model_is_adequate_on_a_stand_in() {
     assert_eq!(found.diagnosis.verdict, Verdict::Adequate, "{}", found.diagnosis.sentence);
 }
 
+/// The aeroplane with a damper and a ratio of every mode: complete it is adequate on a stand-in, and dashpots that it lacks have their trace in the
+/// measured ratios, also where the model has no matrix of damping.
+#[test]
+fn ratios_of_a_damped_model_are_compared_on_a_stand_in() {
+    let text = |damper: &str| {
+        let with_ratio = MODELS[0].1.replacen("parameters:\n", "modal_damping: 0.8 %\nparameters:\n", 1);
+        model(&format!("{with_ratio}\n{damper}"))
+    };
+    let damper = |c: f64| format!("springs: {{damper: {{node: r2, c: {{uz: {c} N s/m}}}}}}\n");
+    let complete = text(&damper(30.0));
+    let options = TwinOptions { damping: None, damping_noise: 0.05, ..noise(6, 3) };
+    let test = twin_modes(&complete, &middle(&complete), &node_sensors(&complete), &options, "twin").unwrap();
+    assert!(test.modes.iter().all(|m| m.damping_ratio.is_some()));
+    let of = |model: &Model| {
+        let scene = Scene::new(model, &[&test]).unwrap().large_from(0).unwrap();
+        crate::foreign::investigate(scene, &[], None, &Settings::default()).unwrap()
+    };
+    let found = of(&complete);
+    assert_eq!(found.diagnosis.verdict, Verdict::Adequate, "{}", found.diagnosis.sentence);
+    let found = of(&text(""));
+    let first = &found.diagnosis.hypotheses[0];
+    assert!(first.id.starts_with("ground-dashpot@") && first.id.contains("r2"), "{}", found.diagnosis.sentence);
+}
+
 /// Where slopes choose who is evaluated, the ten that are best by evaluations of all are the best, with the same scores. Behind them, what is far from
 /// linear at its typical size may be missed: two of the first twenty here.
 #[test]

@@ -90,7 +90,7 @@ impl StandIn {
             motions,
             n_rigid,
             rigid_parts,
-            is_damped: common.is_damped,
+            is_damped: self.is_damped,
             symmetry: Once::new(),
         };
         Ok(Some(Self {
@@ -103,6 +103,7 @@ impl StandIn {
             rigid_mass: masses,
             not_in_rigid_mass: Vec::new(),
             general: Vec::new(),
+            is_damped: self.is_damped,
             dofs,
             symmetry: Once::new(),
         }))

@@ -24,18 +24,6 @@ fn measured(comparison: &Comparison<'_>) -> Vec<usize> {
     (0..modes.len()).filter(|&i| modes[i].damping_ratio.is_some() && comparison.is_damped()).collect()
 }
 
-/// φᵀ C φ / (2 ω), or that of the coupled mode.
-fn by_dashpots(at: &Point<'_>, elastic: usize) -> f64 {
-    if let Some(ratio) = at.prediction.damped.as_ref().and_then(|d| d.ratio(elastic)) {
-        return ratio;
-    }
-    let k = at.prediction.modes.n_rigid + elastic;
-    let shape = at.prediction.modes.shapes.column(k);
-    let omega = at.prediction.modes.lambda[k].sqrt();
-    let shape = DMatrix::from_columns(&[shape]);
-    at.prediction.matrices.damping_times(&shape).map_or(0.0, |c| shape.dot(&c) / (2.0 * omega))
-}
-
 impl Residual for Damping {
     fn name(&self) -> &'static str {
         "damping"
@@ -57,7 +45,10 @@ impl Residual for Damping {
         let constant = at.comparison.model().modal_damping().map_or(0.0, |zeta| zeta.at(at.theta));
         for (o, i) in out.iter_mut().zip(measured(at.comparison)) {
             let Some(test) = at.comparison.test().modes[i].damping_ratio else { continue };
-            *o = at.prediction.partner(i).map_or(0.0, |a| (constant + by_dashpots(at, a) - test.value) / test.sd);
+            *o = at
+                .prediction
+                .partner(i)
+                .map_or(0.0, |a| (constant + at.prediction.ratio_by_dashpots(a) - test.value) / test.sd);
         }
     }
 
@@ -84,7 +75,7 @@ impl Residual for Damping {
             let Some(c_shape) = matrices.damping_times(&shape) else { continue };
             let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);
             let Some(d) = derivative.ok().and_then(|mut list| list.pop().flatten()) else { continue };
-            let zeta = by_dashpots(at, a);
+            let zeta = at.prediction.ratio_by_dashpots(a);
             for (j, slope) in slopes.iter().enumerate() {
                 let of_matrix = slope.damping_times(&shape).map_or(0.0, |dc| shape.dot(&dc));
                 let work = 2.0 * c_shape.column(0).dot(&d.shape.column(j)) + of_matrix;
