@@ -335,7 +335,8 @@ fn describe(a: &Accepted, sensors: &[SensorGeometry], group: &[usize], against: 
             )
         }
         Edit::Drop(k) => {
-            let text = format!("sensor {} does not fit {against}, and no other sign or gain is clearly better", name(k));
+            let text =
+                format!("sensor {} does not fit {against}, and no other sign or gain is clearly better", name(k));
             (
                 "does-not-fit",
                 name(k),
