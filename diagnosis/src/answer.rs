@@ -46,8 +46,10 @@ pub(super) fn investigate_these(
     }
     let (base, mut refits) = in_the_lowest_basin(base, refits, settings)?;
     let mut at_stated_noise = None;
-    // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better.
-    if weight.is_none() && base.scatter.s2 > 1.0 && !better_than_noise(&base, &refits.hypotheses)? {
+    // Larger noise than stated is a hypothesis like the others: it is taken where none explains the test better, and where there is time to weigh the
+    // others by it.
+    let may_weigh = weight.is_none() && base.scatter.s2 > 1.0 && !settings.until.is_over();
+    if may_weigh && !better_than_noise(&base, &refits.hypotheses)? {
         let factor = base.scatter.s2.sqrt();
         // Noise that is hardly believable has to stand against several things that are wrong at the stated noise, too.
         if factor > MOST_NOISE {

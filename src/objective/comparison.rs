@@ -309,7 +309,9 @@ impl<'a> Comparison<'a> {
             }
             families = self.families_of(&modes);
         }
-        damped.iter_mut().for_each(|damped| damped.leave(&clusters));
+        if let Some(damped) = &mut damped {
+            damped.leave(&clusters);
+        }
         let (mut frequencies_hz, mut at_sensors, mut mac) = listed(&modes, damped.as_ref());
         let mut pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
         let mut turns = Vec::new();
@@ -330,7 +332,9 @@ impl<'a> Comparison<'a> {
         }
         if !turns.is_empty() {
             families = self.families_of(&modes);
-            damped.iter_mut().for_each(|damped| damped.leave(&clusters));
+            if let Some(damped) = &mut damped {
+                damped.leave(&clusters);
+            }
             (frequencies_hz, at_sensors, mac) = listed(&modes, damped.as_ref());
             pairs = self.pair(&mac, &modes, &frequencies_hz, &families);
         }

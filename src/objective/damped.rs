@@ -81,7 +81,9 @@ impl Damped {
                 of(i).is_some_and(|own| (0..count).any(|k| k != i && of(k).is_some_and(|other| same(own, other))))
             })
             .collect();
-        doubles.into_iter().for_each(|i| damped.pairs[i] = None);
+        for i in doubles {
+            damped.pairs[i] = None;
+        }
         if damped.pairs.iter().all(Option::is_none) {
             return None;
         }
@@ -145,7 +147,9 @@ impl Damped {
 
     /// Leaves elastic modes what they are without dashpots: those that are turned to a test.
     pub(super) fn leave(&mut self, clusters: &[Vec<usize>]) {
-        clusters.iter().flatten().for_each(|k| self.pairs[self.n_rigid + k] = None);
+        for k in clusters.iter().flatten() {
+            self.pairs[self.n_rigid + k] = None;
+        }
     }
 
     /// Puts the coupled modes among frequencies, Hz, and shapes at the sensors, (n_sensors x n_elastic).

@@ -15,6 +15,7 @@ use crate::problem::scene::Scene;
 use crate::result::{Diagnosis, Kind, Verdict};
 use crate::screen::traces::{faults_at, traces};
 use crate::settings::Settings;
+use crate::until::Until;
 use retune::data::TestData;
 use retune::effect::{Candidate, Context, candidates};
 use retune::fault::{Number, PlacedFault, SingleTest};
@@ -143,7 +144,7 @@ impl Specimen {
         let scene = Scene::new(&self.model, &[&test]);
         if let Ok((scene, base)) = scene.and_then(|s| fit(&s, &[s.start()], 1.0).map(|f| (s, f))) {
             let list = faults_at(&scene, &base, &settings.faults);
-            let seen = traces(&scene, &base, 1.0, &list);
+            let seen = traces(&scene, &base, 1.0, &list, &Until::the_end());
             for (f, _) in list.into_iter().zip(seen).filter(|(_, t)| t.is_some()) {
                 kinds.entry(f.name()).or_default().push(Hidden::Fault(f));
             }

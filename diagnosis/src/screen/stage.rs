@@ -286,7 +286,7 @@ fn stage_of(
     let effects = ranked(&scene, &screened, &directions, &residual);
     settings.listener.say("screening faults of the measurement");
     let list = faults_at(&scene, &base, &settings.faults);
-    let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list)
+    let seen: Vec<(usize, Trace)> = traces(&scene, &base, weight, &list, &settings.until)
         .into_iter()
         .enumerate()
         .filter_map(|(i, t)| t.map(|t| (i, t.projected(&q))))
@@ -301,7 +301,7 @@ fn stage_of(
         })
         .collect();
     // A gross fault has pulled the fit aside; at a fit that it could not pull, its trace is whole.
-    let others = if !list.is_empty() && goodness_of_fit(&base, &q) < REMAINDER {
+    let others = if !list.is_empty() && !settings.until.is_over() && goodness_of_fit(&base, &q) < REMAINDER {
         robust_fits(&scene, &base, weight, &settings.effort)?
     } else {
         Vec::new()
@@ -313,7 +313,7 @@ fn stage_of(
     };
     for (k, other) in others.iter().enumerate() {
         let excess = 2.0 * (other.phi - base.phi);
-        for (index, trace) in traces(&scene, other, weight, &list).into_iter().enumerate() {
+        for (index, trace) in traces(&scene, other, weight, &list, &settings.until).into_iter().enumerate() {
             let Some(trace) = trace else { continue };
             let t = (trace.score(&other.r) - excess).max(0.0);
             take(FaultScore {

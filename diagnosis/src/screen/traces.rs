@@ -6,6 +6,7 @@ use crate::problem::prior::Prior;
 use crate::problem::rows::Posed;
 use crate::problem::scene::Scene;
 use crate::thresholds::VISIBLE;
+use crate::until::Until;
 use rayon::prelude::*;
 use retune::data::Sensor;
 use retune::fault::{At, Faults, Number, PlacedFault};
@@ -27,9 +28,17 @@ pub(crate) enum Trace {
 /// Step of differences: rows are nearly linear in ln g and in angles; those of functions are, those of shapes in g.
 const STEP: f64 = 1e-4;
 
-/// What each fault would change at the fit; `None` where the model cannot tell (it has no motion in that direction).
-pub(crate) fn traces(scene: &Scene, fit: &Fit, weight: f64, faults: &[PlacedFault]) -> Vec<Option<Trace>> {
-    faults.par_iter().map(|fault| trace(scene, fit, weight, fault)).collect()
+/// What each fault would change at the fit; `None` where the model cannot tell (it has no motion in that direction), and where there was no time: with
+/// functions each takes a sweep over their lines.
+pub(crate) fn traces(
+    scene: &Scene,
+    fit: &Fit,
+    weight: f64,
+    faults: &[PlacedFault],
+    until: &Until,
+) -> Vec<Option<Trace>> {
+    let may = || !scene.has_functions() || !until.is_over();
+    faults.par_iter().map(|fault| may().then(|| trace(scene, fit, weight, fault)).flatten()).collect()
 }
 
 /// Modes in which the sensor of a fault counts at a fit.
