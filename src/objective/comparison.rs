@@ -499,7 +499,7 @@ impl<'a> Comparison<'a> {
             let Some(d) = d else { continue };
             // f = √λ / 2π, so ∂f = ∂λ f / 2λ.
             let f = prediction.frequencies_hz[mode];
-            let mut at_sensors = &*sensors * d.shape;
+            let mut at_sensors = &*sensors * &d.shape;
             let phi = prediction.modes.shapes.column(prediction.modes.n_rigid + mode);
             for (j, slope) in slopes.iter().enumerate() {
                 let own = slope * phi;
@@ -507,8 +507,11 @@ impl<'a> Comparison<'a> {
             }
             let undamped = (d.lambda * (f / (2.0 * lambda)), at_sensors);
             let damped = prediction.damped.as_ref();
-            modes[mode] =
-                Some(damped.and_then(|c| c.beside(mode, &sensors, &of_matrices, &undamped.1)).unwrap_or(undamped));
+            modes[mode] = Some(
+                damped
+                    .and_then(|c| c.beside(mode, &sensors, &of_matrices, (&d.shape, &undamped.1)))
+                    .unwrap_or(undamped),
+            );
         }
         Ok(PredictionDerivative { modes })
     }

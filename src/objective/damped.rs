@@ -16,7 +16,8 @@
 //! | e_iᵀ     0    | | s' |  =  |           0            |,    T = s² I + s C + Λ,
 //! ```
 //!
-//! with K', M' and C' on Φ. What Φ lacks of a shape's derivative is that of the undamped one.
+//! with K', M' and C' on Φ, and in C' what the part of ∂φ_i that Φ lacks makes of ΦᵀCΦ; that of the other modes, times their share q_j, is left out.
+//! What Φ lacks of a shape's derivative is that of the undamped one.
 //!
 //! # Source
 //! S. Adhikari, Rates of change of eigenvalues and eigenvectors in damped dynamic system, AIAA Journal 37(11), 1999; M. I. Friswell, J. E. Mottershead,
@@ -41,7 +42,8 @@ pub(crate) struct Damped {
     /// Modes without dashpots, rigid ones first, before any is turned to a test, (n_dof x n_modes), and their ω².
     shapes: DMatrix<f64>,
     lambda: Vec<f64>,
-    /// ΦᵀCΦ.
+    /// CΦ and ΦᵀCΦ.
+    c_shapes: DMatrix<f64>,
     damping: DMatrix<f64>,
     /// Of the modes that are coupled.
     pairs: Vec<Option<Pair>>,
@@ -69,8 +71,8 @@ impl Damped {
         let c_shapes = matrices.damping_times(&modes.shapes)?;
         let damping = modes.shapes.tr_mul(&c_shapes);
         let lambda: Vec<f64> = modes.lambda.iter().copied().collect();
-        let mut damped =
-            Self { shapes: DMatrix::zeros(0, 0), lambda, damping, pairs: Vec::new(), n_rigid: modes.n_rigid };
+        let (shapes, pairs, n_rigid) = (DMatrix::zeros(0, 0), Vec::new(), modes.n_rigid);
+        let mut damped = Self { shapes, lambda, c_shapes, damping, pairs, n_rigid };
         let count = damped.lambda.len();
         damped.pairs = (0..count).map(|mode| damped.pair(mode)).collect();
         // Where two have come to one, each stays what it is.
@@ -182,7 +184,13 @@ impl Damped {
     /// Derivatives of a coupled elastic mode with respect to parameters.
     ///
     /// * `slopes` - ∂K, ∂M and ∂C of each
-    pub(super) fn differentiate(&self, elastic: usize, slopes: &[Matrices]) -> Option<DampedSlopes> {
+    /// * `undamped` - ∂φ of the mode without dashpots, (n_dof x parameters)
+    pub(super) fn differentiate(
+        &self,
+        elastic: usize,
+        slopes: &[Matrices],
+        undamped: &DMatrix<f64>,
+    ) -> Option<DampedSlopes> {
         let (mode, Pair { s, q }) = (self.n_rigid + elastic, self.of(elastic)?);
         let n = q.len();
         let lu = self.bordered(*s, q, mode).lu();
@@ -200,13 +208,21 @@ impl Damped {
             if let Some(c) = slope.damping_times(&motion) {
                 force += complex(c) * *s;
             }
-            let solved = lu.solve(&(-force).insert_row(n, Complex::default()))?;
             // Without dashpots: φ_kᵀ(K' - λ M')φ_i/(λ_i - λ_k), and -½ φ_iᵀM'φ_i of itself, where q keeps its one.
             let weighed = slope.mass_times(&own);
-            let undamped = self.shapes.tr_mul(&(slope.stiffness_times(&own) - &weighed * lambda));
-            out.beyond[(mode, j)] = Complex::new(0.5 * own.dot(&weighed), 0.0);
-            for k in (0..n).filter(|&k| k != mode) {
-                out.beyond[(k, j)] = solved[k] - undamped[(k, 0)] / (lambda - self.lambda[k]);
+            let strained = self.shapes.tr_mul(&(slope.stiffness_times(&own) - &weighed * lambda));
+            let within = DVector::from_fn(n, |k, _| {
+                if k == mode { -0.5 * own.dot(&weighed) } else { strained[(k, 0)] / (lambda - self.lambda[k]) }
+            });
+            let lacked = undamped.column(j) - &self.shapes * &within;
+            let w = self.c_shapes.tr_mul(&lacked);
+            for k in 0..n {
+                force[k] += *s * w[k];
+                force[mode] += *s * q[k] * w[k];
+            }
+            let solved = lu.solve(&(-force).insert_row(n, Complex::default()))?;
+            for k in 0..n {
+                out.beyond[(k, j)] = solved[k] - within[k];
             }
             out.s.push(solved[n]);
         }
@@ -217,15 +233,16 @@ impl Damped {
     ///
     /// * `sensors` - the observation matrix
     /// * `slopes` - ∂K, ∂M and ∂C of each parameter
-    /// * `undamped` - ∂(shape at sensors)/∂θ_j of the mode without dashpots
+    /// * `shape` - ∂φ of the mode without dashpots, (n_dof x parameters)
+    /// * `undamped` - the same at the sensors
     pub(super) fn beside(
         &self,
         elastic: usize,
         sensors: &DMatrix<f64>,
         slopes: &[Matrices],
-        undamped: &DMatrix<f64>,
+        (shape, undamped): (&DMatrix<f64>, &DMatrix<f64>),
     ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let slopes = self.differentiate(elastic, slopes)?;
+        let slopes = self.differentiate(elastic, slopes, shape)?;
         let at_sensors = self.slopes_at_sensors(elastic, sensors, &slopes, undamped)?;
         Some((self.frequency_slopes(elastic, &slopes)?, at_sensors))
     }

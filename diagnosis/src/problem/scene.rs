@@ -20,7 +20,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use retune::correlation::{CorrelationError, observation_matrix, sensor_position};
 use retune::data::{Joined, Sensor, TestData, joined};
-use retune::effect::{NewParameter, Patch, PatchError};
+use retune::effect::{Candidate, NewParameter, Patch, PatchError};
 use retune::element::Dof;
 use retune::fault::{Bench, PlacedFault, Tests};
 use retune::linalg::{DMatrix, DVector};
@@ -404,6 +404,12 @@ impl Scene {
     /// Whether frequency responses enter a fit.
     pub(crate) fn has_functions(&self) -> bool {
         self.cases.iter().any(|c| c.test.frfs.is_some() && c.test.frf_fit.is_some())
+    }
+
+    /// Whether the data tell of an effect. One that damps and does nothing else is told by ratios and functions: what dashpots that couple modes make of
+    /// their frequencies any other effect can do too. Without either it is read afterwards.
+    pub(crate) fn tells_of(&self, candidate: &Candidate) -> bool {
+        self.is_damped || self.has_functions() || !candidate.effect.damps()
     }
 
     /// The same tests without their frequency responses.

@@ -155,7 +155,7 @@ fn screen_large(
         let changes: Vec<Option<Arc<Change>>> = scene.cases.iter().map(|c| scene.change(c, &candidate)).collect();
         let columns = steps(&candidate)
             .into_iter()
-            .filter(|(values, _)| is_slope(&candidate, values))
+            .filter(|(values, _)| scene.tells_of(&candidate) && is_slope(&candidate, values))
             .filter_map(|(values, one_sided)| {
                 let delta = column(&posed, fit, &adjoints, &changes, &values)?;
                 Some(Column { delta, one_sided, values })

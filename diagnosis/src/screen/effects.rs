@@ -74,6 +74,7 @@ pub(crate) fn screen(
         }
         out.par_iter_mut().skip(first).step_by(stride).for_each(|Screened { candidate, columns: seen }| {
             if !settings.until.is_over()
+                && scene.tells_of(candidate)
                 && let Ok(changed) = with_effect(scene, candidate)
             {
                 *seen = columns(&changed, fit, weight, candidate).unwrap_or_default();

@@ -67,19 +67,19 @@ impl Residual for Damping {
             for (j, &parameter) in free.iter().enumerate() {
                 out[(row, j)] = constant.map_or(0.0, |zeta| zeta.slope(parameter)) / test.sd;
             }
+            let Some(c_shape) = matrices.damping_times(&shape) else { continue };
+            let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);
+            let Some(own) = derivative.ok().and_then(|mut list| list.pop().flatten()) else { continue };
             let coupled = at.prediction.damped.as_ref();
-            if let Some(all) = coupled.and_then(|d| d.ratio_slopes(a, &d.differentiate(a, &slopes)?)) {
+            if let Some(all) = coupled.and_then(|d| d.ratio_slopes(a, &d.differentiate(a, &slopes, &own.shape)?)) {
                 all.into_iter().enumerate().for_each(|(j, slope)| out[(row, j)] += slope / test.sd);
                 continue;
             }
-            let Some(c_shape) = matrices.damping_times(&shape) else { continue };
-            let derivative = at.comparison.derivatives_of_modes(at.prediction, &slopes, &[a]);
-            let Some(d) = derivative.ok().and_then(|mut list| list.pop().flatten()) else { continue };
             let zeta = at.prediction.ratio_by_dashpots(a);
             for (j, slope) in slopes.iter().enumerate() {
                 let of_matrix = slope.damping_times(&shape).map_or(0.0, |dc| shape.dot(&dc));
-                let work = 2.0 * c_shape.column(0).dot(&d.shape.column(j)) + of_matrix;
-                out[(row, j)] += (work / (2.0 * lambda.sqrt()) - zeta * d.lambda[j] / (2.0 * lambda)) / test.sd;
+                let work = 2.0 * c_shape.column(0).dot(&own.shape.column(j)) + of_matrix;
+                out[(row, j)] += (work / (2.0 * lambda.sqrt()) - zeta * own.lambda[j] / (2.0 * lambda)) / test.sd;
             }
         }
     }
