@@ -63,6 +63,8 @@ pub(super) struct DampedSlopes {
     s: Vec<Complex<f64>>,
     /// ∂q/∂θ_j less what it is of a mode of unit modal mass without dashpots, one column a parameter.
     beyond: DMatrix<Complex<f64>>,
+    /// How ψ grows by itself, as φ_i keeps its unit modal mass and q_i its one at every θ.
+    growth: Vec<Complex<f64>>,
 }
 
 impl Damped {
@@ -195,7 +197,7 @@ impl Damped {
         let n = q.len();
         let lu = self.bordered(*s, q, mode).lu();
         let lambda = self.lambda[mode];
-        let mut out = DampedSlopes { s: Vec::new(), beyond: DMatrix::zeros(n, slopes.len()) };
+        let mut out = DampedSlopes { s: Vec::new(), beyond: DMatrix::zeros(n, slopes.len()), growth: Vec::new() };
         let motion = [q.map(|v| v.re), q.map(|v| v.im)].map(|part| &self.shapes * part);
         let motion = DMatrix::from_columns(&motion);
         let own = self.shapes.columns(mode, 1).into_owned();
@@ -210,10 +212,15 @@ impl Damped {
             }
             // Without dashpots: φ_kᵀ(K' - λ M')φ_i/(λ_i - λ_k), and -½ φ_iᵀM'φ_i of itself, where q keeps its one.
             let weighed = slope.mass_times(&own);
-            let strained = self.shapes.tr_mul(&(slope.stiffness_times(&own) - &weighed * lambda));
-            let within = DVector::from_fn(n, |k, _| {
-                if k == mode { -0.5 * own.dot(&weighed) } else { strained[(k, 0)] / (lambda - self.lambda[k]) }
-            });
+            let [strained, heavy] = [slope.stiffness_times(&own), weighed].map(|x| self.shapes.tr_mul(&x));
+            let part = |k: usize, lambda: f64| strained[(k, 0)] - lambda * heavy[(k, 0)];
+            let growth = -0.5 * heavy[(mode, 0)];
+            let gap = |k: usize| lambda - self.lambda[k];
+            let within = DVector::from_fn(n, |k, _| if k == mode { growth } else { part(k, lambda) / gap(k) });
+            // What the slopes of the other modes have of φ_i.
+            let of_others = |k: usize| q[k] * (-part(k, self.lambda[k]) / gap(k));
+            let others: Complex<f64> = (0..n).filter(|&k| k != mode).map(of_others).sum();
+            out.growth.push(others + growth);
             let lacked = undamped.column(j) - &self.shapes * &within;
             let w = self.c_shapes.tr_mul(&lacked);
             for k in 0..n {
@@ -272,7 +279,10 @@ impl Damped {
         let z = &read * &self.of(elastic)?.q;
         let turn = phase(&z);
         let square: Complex<f64> = z.iter().map(|v| v * v).sum();
-        let all = &read * &slopes.beyond + undamped.map(|v| Complex::new(v, 0.0));
+        let mut all = &read * &slopes.beyond + undamped.map(|v| Complex::new(v, 0.0));
+        all.column_iter_mut()
+            .zip(&slopes.growth)
+            .for_each(|(mut column, growth)| column.axpy(*growth, &z, Complex::new(1.0, 0.0)));
         let mut out = DMatrix::zeros(undamped.nrows(), undamped.ncols());
         for (j, column) in all.column_iter().enumerate() {
             // α = -½ arg Σ z²
