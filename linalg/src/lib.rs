@@ -12,6 +12,7 @@ mod envelope;
 mod orthogonal;
 mod pencil_slopes;
 pub mod sparse;
+mod superposition;
 mod symmetric;
 mod tall;
 pub mod vector3;
@@ -23,6 +24,7 @@ pub use eigenvalues::{GeneralEigenpairs, general_eigenpairs};
 pub use nalgebra::{Complex, DMatrix, DMatrixView, DVector, DVectorView};
 pub use orthogonal::{ThinQr, thin_qr};
 pub use pencil_slopes::{PencilSlopes, SlopesAt};
+pub use superposition::{EntrySlopes, Superposition};
 pub use symmetric::SymMatrix;
 pub use tall::{tall_take, tall_tr_mul};
 

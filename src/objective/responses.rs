@@ -1,10 +1,10 @@
-//! Frequency responses of a model at the lines and channels of a test, directly from K, M and C.
+//! Frequency responses of a model at the lines and channels of a test, from K, M and C: over all vectors of the structure, or line by line.
 
 use super::prediction::Prediction;
 use super::starting_point::starting_point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
 use crate::data::{Channel, FrfFit, TestData};
-use crate::linalg::{Complex, DMatrix, DynamicStiffness, LinalgError};
+use crate::linalg::{Complex, DMatrix, DynamicStiffness, EntrySlopes, LinalgError, ShiftedPencil, Superposition};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
 
@@ -129,8 +129,34 @@ impl FrfRows {
         let mut slopes = DMatrix::from_element(self.values.len(), free.len(), nan);
         // `Comparison::new` refuses a model without dense matrices.
         let Ok(system) = prediction.system() else { return (h, slopes) };
-        let derivatives: Vec<Option<Entries>> =
-            free.iter().map(|&j| model.assemble_derivative(theta, j).ok().map(|d| Entries::of(&d))).collect();
+        let loss_factor = loss_factor(model, theta, self.loss_factor);
+        let own = model.modal_damping();
+        let derivatives: Vec<Option<EntrySlopes>> = free
+            .iter()
+            .map(|&j| {
+                let of_loss_factor = own.map_or(0.0, |ratio| 2.0 * ratio.slope(j));
+                model.assemble_derivative(theta, j).ok().map(|d| entry_slopes(&d, of_loss_factor))
+            })
+            .collect();
+        let lines = Lines { system: &system, hz: &self.lines_hz, loss_factor };
+        let rows = [&self.responses, &self.references];
+        let known = prediction.modes.basis.as_deref();
+        let take = |at: &FrfValue, all: &[Complex<f64>]| {
+            let of_line = at.line * self.references.nrows() + at.reference;
+            let power = Complex::new(0.0, TAU * self.lines_hz[at.line]).powi(self.order);
+            power * all[of_line * self.responses.nrows() + at.response]
+        };
+        let found = superposed(&lines, rows, known, |all| {
+            h.iter_mut().zip(&self.values).for_each(|(h, v)| *h = take(v, all.responses()));
+            for (mut column, d) in slopes.column_iter_mut().zip(&derivatives) {
+                let Some(d) = d else { continue };
+                let own = all.derivative(d);
+                column.iter_mut().zip(&self.values).for_each(|(slope, v)| *slope = take(v, &own));
+            }
+        });
+        if found.is_some() {
+            return (h, slopes);
+        }
         let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
         self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
         // Z is symmetric: one factorisation gives Z⁻¹ B and, for derivatives, Z⁻¹ Sᵀ.
@@ -139,19 +165,10 @@ impl FrfRows {
         let right = DMatrix::from_fn(self.references.ncols(), n_references + n_responses, |i, j| {
             if j < n_references { self.references[(j, i)] } else { self.responses[(j - n_references, i)] }
         });
-        let omegas: Vec<f64> = self.lines_hz.iter().map(|f| TAU * f).collect();
         let mut force = Vec::new();
-        let mut stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref());
-        let loss_factor = loss_factor(model, theta, self.loss_factor);
-        let own = model.modal_damping();
-        let damped: Vec<(usize, f64)> = free
-            .iter()
-            .enumerate()
-            .filter_map(|(column, &j)| Some((column, 2.0 * own?.slope(j))).filter(|s| s.1 != 0.0))
-            .collect();
-        let swept = stiffness.sweep(&omegas, loss_factor, &right, |line, x| {
+        let swept = lines.sweep(&right, |line, x| {
             let Some(x) = x else { return };
-            let omega = omegas[line];
+            let omega = TAU * self.lines_hz[line];
             let power = Complex::new(0.0, omega).powi(self.order);
             for &v in &of_line[line] {
                 let value = &self.values[v];
@@ -161,24 +178,20 @@ impl FrfRows {
             }
             for (j, d) in derivatives.iter().enumerate() {
                 let Some(d) = d else { continue };
-                d.times(x, n_references, (omega, loss_factor), &mut force);
+                forces(d, x, n_references, (omega, loss_factor), &mut force);
+                // ∂Z = i η' K of the ratio of every mode.
+                let strained = (d.loss_factor != 0.0).then(|| strained(&system.stiffness, x, n_references));
                 for &v in &of_line[line] {
                     let value = &self.values[v];
                     let y = x.column(n_references + value.response);
                     let own = force.iter().skip(value.reference).step_by(n_references);
-                    let sum: Complex<f64> = d.rows.iter().zip(own).map(|(&i, f)| y[i] * f).sum();
+                    let mut sum: Complex<f64> = d.rows.iter().zip(own).map(|(&i, f)| y[i] * f).sum();
+                    if let Some(strained) = &strained {
+                        let all: Complex<f64> =
+                            y.iter().zip(strained.column(value.reference).iter()).map(|(y, f)| y * f).sum();
+                        sum += Complex::new(0.0, d.loss_factor) * all;
+                    }
                     slopes[(v, j)] = -power * sum;
-                }
-            }
-            // ∂Z = i η' K of the ratio of every mode.
-            let strained = (!damped.is_empty()).then(|| strained(&system.stiffness, x, n_references));
-            for (&(column, slope), force) in damped.iter().zip(std::iter::repeat(strained.as_ref()).flatten()) {
-                for &v in &of_line[line] {
-                    let value = &self.values[v];
-                    let y = x.column(n_references + value.response);
-                    let sum: Complex<f64> =
-                        y.iter().zip(force.column(value.reference).iter()).map(|(y, f)| y * f).sum();
-                    slopes[(v, column)] -= power * Complex::new(0.0, slope) * sum;
                 }
             }
         });
@@ -188,6 +201,58 @@ impl FrfRows {
         }
         (h, slopes)
     }
+}
+
+/// A structure at the lines of a test.
+struct Lines<'a> {
+    system: &'a System,
+    hz: &'a [f64],
+    loss_factor: f64,
+}
+
+impl Lines<'_> {
+    fn stiffness(&self) -> DynamicStiffness {
+        DynamicStiffness::new(&self.system.stiffness, &self.system.mass, self.system.damping.as_ref())
+    }
+
+    /// Z⁻¹ of right-hand sides at every line, see [`DynamicStiffness::sweep`].
+    fn sweep(
+        &self,
+        right: &DMatrix<f64>,
+        each: impl FnMut(usize, Option<&DMatrix<Complex<f64>>>),
+    ) -> Result<(), LinalgError> {
+        let omegas: Vec<f64> = self.hz.iter().map(|f| TAU * f).collect();
+        self.stiffness().sweep(&omegas, self.loss_factor, right, each)
+    }
+}
+
+/// Tells of the responses by superposition over all vectors; `None` where a solution line by line takes less, or where dashpots couple too much.
+///
+/// * `rows` - of the responses and of the references
+/// * `known` - the vectors, where modes were solved by them
+fn superposed(
+    lines: &Lines<'_>,
+    rows: [&DMatrix<f64>; 2],
+    known: Option<&ShiftedPencil>,
+    tell: impl FnOnce(&Superposition<'_>),
+) -> Option<()> {
+    let System { stiffness, mass, damping } = lines.system;
+    let (n, functions) = (stiffness.nrows(), rows[0].nrows() * rows[1].nrows());
+    let by_vectors = Superposition::multiplications(n, lines.hz.len(), functions, known.is_some());
+    if by_vectors > lines.stiffness().multiplications(lines.hz.len(), rows[1].nrows()) {
+        return None;
+    }
+    let own;
+    let basis = match known {
+        Some(known) => known,
+        None => {
+            let middle = lines.hz.iter().filter(|f| **f > 0.0).map(|f| f.ln()).sum::<f64>() / lines.hz.len() as f64;
+            own = ShiftedPencil::new(stiffness, mass, (TAU * middle.exp()).powi(2)).ok()?;
+            &own
+        }
+    };
+    tell(&Superposition::new(basis, (stiffness, mass, damping.as_ref()), rows, lines.hz, lines.loss_factor)?);
+    Some(())
 }
 
 /// η of K (1 + i η): what is stated, and 2 ζ of the ratio that the model gives every mode. At the resonance of a mode that is this ratio; beside it, where
@@ -260,14 +325,23 @@ pub(crate) fn direct_responses(
     order: i32,
     loss_factor: f64,
 ) -> Result<Vec<Complex<f64>>, LinalgError> {
-    let omegas: Vec<f64> = lines_hz.iter().map(|f| TAU * f).collect();
     let nan = Complex::new(f64::NAN, f64::NAN);
     let per_line = responses.nrows() * references.nrows();
-    let mut h = vec![nan; omegas.len() * per_line];
-    let mut stiffness = DynamicStiffness::new(&system.stiffness, &system.mass, system.damping.as_ref());
-    stiffness.sweep(&omegas, loss_factor, &references.transpose(), |line, x| {
+    let mut h = vec![nan; lines_hz.len() * per_line];
+    let power_of = |line: usize| Complex::new(0.0, TAU * lines_hz[line]).powi(order);
+    let lines = Lines { system, hz: lines_hz, loss_factor };
+    let found = superposed(&lines, [responses, references], None, |all| {
+        for (line, (to, from)) in h.chunks_mut(per_line).zip(all.responses().chunks(per_line)).enumerate() {
+            let power = power_of(line);
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = power * from);
+        }
+    });
+    if found.is_some() {
+        return Ok(h);
+    }
+    lines.sweep(&references.transpose(), |line, x| {
         let Some(x) = x else { return };
-        let power = Complex::new(0.0, omegas[line]).powi(order);
+        let power = power_of(line);
         let cells = h[line * per_line..][..per_line].chunks_mut(responses.nrows());
         for (cells, x) in cells.zip(x.column_iter()) {
             for (cell, row) in cells.iter_mut().zip(responses.row_iter()) {
@@ -278,48 +352,39 @@ pub(crate) fn direct_responses(
     Ok(h)
 }
 
-/// The entries of ∂K, ∂M and ∂C that are not zero: a parameter touches few elements.
-struct Entries {
-    /// Rows with an entry.
-    rows: Vec<usize>,
-    /// Number among these rows, column, ∂K, ∂C and ∂M.
-    list: Vec<(usize, usize, [f64; 3])>,
-}
-
-impl Entries {
-    fn of(d: &System) -> Self {
-        let n = d.stiffness.nrows();
-        let (mut rows, mut list) = (Vec::new(), Vec::new());
-        for i in 0..n {
-            let before = list.len();
-            for j in 0..n {
-                let values = [d.stiffness[(i, j)], d.damping.as_ref().map_or(0.0, |c| c[(i, j)]), d.mass[(i, j)]];
-                if values != [0.0; 3] {
-                    list.push((rows.len(), j, values));
-                }
-            }
-            if list.len() > before {
-                rows.push(i);
+/// The entries of ∂K, ∂C and ∂M that are not zero: a parameter touches few elements.
+fn entry_slopes(d: &System, loss_factor: f64) -> EntrySlopes {
+    let n = d.stiffness.nrows();
+    let mut out = EntrySlopes { loss_factor, ..EntrySlopes::default() };
+    for i in 0..n {
+        let before = out.list.len();
+        for j in 0..n {
+            let values = [d.stiffness[(i, j)], d.damping.as_ref().map_or(0.0, |c| c[(i, j)]), d.mass[(i, j)]];
+            if values != [0.0; 3] {
+                out.list.push((out.rows.len(), j, values));
             }
         }
-        Self { rows, list }
+        if out.list.len() > before {
+            out.rows.push(i);
+        }
     }
+    out
+}
 
-    /// The rows of ∂Z x for the first columns of x, row by row.
-    fn times(
-        &self,
-        x: &DMatrix<Complex<f64>>,
-        columns: usize,
-        (omega, loss_factor): (f64, f64),
-        out: &mut Vec<Complex<f64>>,
-    ) {
-        out.clear();
-        out.resize(self.rows.len() * columns, Complex::default());
-        for &(row, j, [k, c, m]) in &self.list {
-            let z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
-            for (column, sum) in out[row * columns..][..columns].iter_mut().enumerate() {
-                *sum += z * x[(j, column)];
-            }
+/// The rows of ∂Z x for the first columns of x, row by row.
+fn forces(
+    slopes: &EntrySlopes,
+    x: &DMatrix<Complex<f64>>,
+    columns: usize,
+    (omega, loss_factor): (f64, f64),
+    out: &mut Vec<Complex<f64>>,
+) {
+    out.clear();
+    out.resize(slopes.rows.len() * columns, Complex::default());
+    for &(row, j, [k, c, m]) in &slopes.list {
+        let z = Complex::new(k - omega * omega * m, loss_factor * k + omega * c);
+        for (column, sum) in out[row * columns..][..columns].iter_mut().enumerate() {
+            *sum += z * x[(j, column)];
         }
     }
 }

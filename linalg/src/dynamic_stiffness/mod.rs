@@ -78,6 +78,15 @@ impl DynamicStiffness {
         Self { n, entries, envelope: Envelope::new(first), order, pivoted: None }
     }
 
+    /// Multiplications of real numbers that a sweep takes, about.
+    ///
+    /// * `columns` - right-hand sides
+    pub fn multiplications(&self, lines: usize, columns: usize) -> f64 {
+        let widths = (0..self.n).map(|i| (i - self.envelope.first[i] + 1) as f64);
+        let of_line: f64 = widths.map(|w| 0.5 * w * w + 2.0 * w * columns as f64).sum();
+        4.0 * lines as f64 * of_line
+    }
+
     /// Z⁻¹ B at every ω (rad/s) with the loss factor η of all stiffness; `None` where Z has no inverse.
     ///
     /// * `b` - right-hand sides, (n x any number)
