@@ -1,5 +1,6 @@
 //! Stories on the flying wing, whose hidden effects are known: nothing missing, an effect, a fault.
 
+mod answers;
 mod frame;
 mod inside;
 mod large;

@@ -134,7 +134,7 @@ fn live_with(
         n_candidates: if is_small { 0 } else { CANDIDATES },
         ..ReducedOptions::default()
     };
-    let mut stand_in = StandIn::reduced(&shared, options, None, &[])?;
+    let mut stand_in = StandIn::reduced(&shared, options, None, &[], None)?;
     let alone = stand_in.clone();
     let mut parameters: Vec<LiveParameter> =
         model.parameters().iter().zip(theta).map(|(p, value)| of_model(p, *value, first)).collect();

@@ -112,7 +112,7 @@ pub use parameter::{Parameter, ParameterSet};
 pub use placed_element::PlacedElement;
 pub use placed_matrices::{PlacedDof, PlacedMatrices};
 pub use plied::{Plied, plied};
-pub use reduced::{ReducedModel, ReducedOptions};
+pub use reduced::{Asked, ReducedModel, ReducedOptions};
 pub use registry::Registry;
 pub use solver::{Matrices, ModalSolver, solve_modes};
 pub use spec::{ModelSpec, schema};

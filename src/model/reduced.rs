@@ -67,6 +67,17 @@ impl Default for ReducedOptions {
     }
 }
 
+/// What is known of a model that is to be reduced, and what beside its modes is asked of it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Asked<'a> {
+    /// Vectors of a model that is nearly this one, (n_dof x any number).
+    pub known: Option<&'a DMatrix<f64>>,
+    /// Values of parameters, by name, at which all samples are taken.
+    pub held: &'a [(String, f64)],
+    /// Loads to which the model shall answer, statically and at frequencies among those of its modes, (n_dof x any number).
+    pub loads: Option<&'a DMatrix<f64>>,
+}
+
 /// A model of few dofs in the place of a large one.
 #[derive(Debug)]
 pub struct ReducedModel<'a> {
@@ -97,22 +108,17 @@ impl<'a> ReducedModel<'a> {
     /// # Errors
     /// [`ModelError::NotPolynomial`]; those of a solution of the model.
     pub fn new(full: &'a dyn ParametricModel, options: ReducedOptions) -> Result<Self, ModelError> {
-        Self::near(full, options, None, &[])
+        Self::near(full, options, &Asked::default())
     }
 
-    /// Reduces a model to vectors that are known, of a model that is nearly this one, and its modes at the start; samples are taken where these
-    /// do not suffice.
-    ///
-    /// * `known` - (n_dof x any number)
-    /// * `held` - values of parameters, by name, at which all samples are taken
+    /// Reduces a model with what is known about it; samples are taken where that does not suffice.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub fn near(
         full: &'a dyn ParametricModel,
         options: ReducedOptions,
-        known: Option<&DMatrix<f64>>,
-        held: &[(String, f64)],
+        &Asked { known, held, loads }: &Asked<'_>,
     ) -> Result<Self, ModelError> {
         let terms = full.affine().ok_or(ModelError::NotPolynomial)?;
         let start = interior_point(full.parameters());
@@ -139,19 +145,24 @@ impl<'a> ReducedModel<'a> {
         for point in &mut points {
             hold(full.parameters(), held, point);
         }
-        let mut next = Some(start);
+        let mut next = Some(start.clone());
         if let Some(known) = known {
-            for vectors in [&modes.shapes, known] {
+            let answers = answers(full, &start, loads, (&span, &reduced.residual), options.tolerance)?;
+            for vectors in [&span.of_unit_norm(&modes.shapes), &answers, &span.of_unit_norm(known)] {
                 let room = options.most.saturating_sub(span.len());
-                span.add_best(&span.of_unit_norm(vectors), negligible(options.tolerance), room);
+                span.add_best(vectors, negligible(options.tolerance), room);
             }
             reduced.project(&span, n_rigid)?;
             next = reduced.worst(&points).filter(|_| reduced.accuracy > options.tolerance);
         }
         while let Some(sample) = next.take() {
             let shapes = snapshot(full, &solver, &sample, options.n_modes, (&span, reduced.residual.factor()))?;
-            let room = options.most.saturating_sub(span.len());
-            let added = span.add_best(&shapes, negligible(options.tolerance), room);
+            let answers = answers(full, &sample, loads, (&span, &reduced.residual), options.tolerance)?;
+            let mut added = 0;
+            for vectors in [&shapes, &answers] {
+                let room = options.most.saturating_sub(span.len());
+                added += span.add_best(vectors, negligible(options.tolerance), room);
+            }
             reduced.samples.push(sample);
             reduced.project(&span, n_rigid)?;
             next = reduced.worst(&points).filter(|_| reduced.accuracy > options.tolerance && added > 0);
@@ -297,6 +308,36 @@ fn snapshot(
     })?;
     Ok(if columns.is_empty() { DMatrix::zeros(full.dof_map().n_dof(), 0) } else { DMatrix::from_columns(&columns) })
 }
+
+/// Static answers a = X(θ)⁻¹ F to loads, and their derivatives -X⁻¹ ∂X a times half the interval of each parameter, in units of the X norm of the answers;
+/// of such a length that what is negligible of a span is [`ANSWERED`] of them.
+fn answers(
+    full: &dyn ParametricModel,
+    theta: &[f64],
+    loads: Option<&DMatrix<f64>>,
+    (span, residual): (&Span<'_>, &Residual),
+    tolerance: f64,
+) -> Result<DMatrix<f64>, ModelError> {
+    let Some(loads) = loads.filter(|loads| loads.ncols() > 0) else {
+        return Ok(DMatrix::zeros(full.dof_map().n_dof(), 0));
+    };
+    let system = full.assemble_sparse(theta)?;
+    let shift = residual.shift();
+    let factor = PencilFactor::new(residual.factor().plan().clone(), &system.stiffness, &system.mass, shift);
+    let factor = factor.map_err(modal::ModalError::from)?;
+    let answers = span.of_unit_norm(&factor.solve(loads));
+    let mut columns: Vec<DVector<f64>> = answers.column_iter().map(|a| a.into_owned()).collect();
+    for p in full.parameters().free() {
+        let Some([lower, upper]) = full.parameters().get(p).bounds else { continue };
+        let slope = full.assemble_sparse_derivative(theta, p)?;
+        let force = slope.stiffness.mul(&answers) + slope.mass.mul(&answers) * shift;
+        columns.extend(factor.solve(&force).column_iter().map(|d| d * (0.5 * (upper - lower))));
+    }
+    Ok(DMatrix::from_columns(&columns) * (negligible(tolerance) / ANSWERED))
+}
+
+/// What may be missing of a static answer, as a share: the error of a response is the square of it.
+const ANSWERED: f64 = 0.005;
 
 impl ReducedModel<'_> {
     fn on_basis(&self, motion: &PointMotion) -> PointMotion {

@@ -27,7 +27,7 @@ use super::dof_map::DofMap;
 use super::entry::Entry;
 use super::mass_properties::MassProperties;
 use super::parameter::{Parameter, ParameterSet};
-use super::reduced::{ReducedModel, ReducedOptions};
+use super::reduced::{Asked, ReducedModel, ReducedOptions};
 use super::system::System;
 use super::{ElementMatrices, Model, ModelError, ParametricModel, PointMotion, Targets};
 use crate::element::Dof;
@@ -122,6 +122,7 @@ impl StandIn {
     ///
     /// * `like` - what stands in for a model that is nearly this one: its coordinates are taken where they serve
     /// * `held` - values of parameters, by name, near which it is to be right; it is for all values of the others
+    /// * `loads` - to which it shall answer beside its modes, (n_dof x any number)
     ///
     /// # Errors
     /// Those of a solution of the model.
@@ -130,6 +131,7 @@ impl StandIn {
         options: ReducedOptions,
         like: Option<&Self>,
         held: &[(String, f64)],
+        loads: Option<&DMatrix<f64>>,
     ) -> Result<Self, ModelError> {
         let known = like.map(|like| like.on_rows_of(model));
         let mut theta = interior_point(model.parameters());
@@ -140,7 +142,7 @@ impl StandIn {
             None => Some(model.frozen_at(&theta)?),
         };
         let solved = frozen.as_ref().unwrap_or(model);
-        let reduced = ReducedModel::near(solved, options, known.as_ref(), held)?;
+        let reduced = ReducedModel::near(solved, options, &Asked { known: known.as_ref(), held, loads })?;
         let mut affine = reduced.affine().cloned().ok_or(ModelError::NotPolynomial)?;
         let full = solved.affine().ok_or(ModelError::NotPolynomial)?;
         let n = model.dof_map().n_dof();

@@ -66,21 +66,13 @@ impl<'a> Comparison<'a> {
         Self::sharing(model, test, pairing, None)
     }
 
-    /// The same with the solver of a comparison of a like model, if it [serves](ModalSolver::serves) this one too. What stands in for a model has its modes
-    /// alone.
+    /// The same with the solver of a comparison of a like model, if it [serves](ModalSolver::serves) this one too.
     pub fn sharing(
         model: &'a dyn ParametricModel,
         test: &'a TestData,
         pairing: PairingOptions,
         solver: Option<Arc<ModalSolver>>,
     ) -> Result<Self, CorrelationError> {
-        let further =
-            [("static tests", !test.static_tests.is_empty()), ("frequency responses", test.frf_fit.is_some())];
-        if let Some((what, _)) = further.iter().find(|(_, used)| model.stand_in().is_some() && *used) {
-            return Err(CorrelationError::Model(format!(
-                "{what} need more than the modes of a model with more than {MOST_DENSE_DOFS} dofs: subdivide less, or leave the {what} out of the test file"
-            )));
-        }
         let sensors = observation_matrix(model, &test.sensors)?;
         let varying = varying_sensors(model, &test.sensors, &starting_point(model));
         Self::observed(model, test, pairing, solver, (sensors, varying))
@@ -359,6 +351,7 @@ impl<'a> Comparison<'a> {
             damped,
             ratios: None,
             responses: Once::new(),
+            readings: None,
         })
     }
 

@@ -3,9 +3,11 @@
 //! Sign and scale are the same everywhere: r = (model - test)/σ and cost = ½ rᵀr, unless an objective states another
 //! cost (the paper's equation (4) does). Parameters reach an optimiser as x in the unit box, θ = lower + x (upper - lower).
 
+mod answering;
 mod augmented;
 mod batch;
 mod close_modes;
+mod common_error;
 mod comparison;
 mod damped;
 mod decision;
@@ -29,6 +31,7 @@ mod static_loads;
 mod statics;
 mod walls;
 
+pub use answering::{Answering, Answers};
 pub use augmented::{Augmented, Wall};
 pub use batch::BatchPath;
 pub use comparison::Comparison;
@@ -47,6 +50,7 @@ pub(crate) use responses::{direct_responses, loss_factor, silent_functions};
 pub use scaling::Scaling;
 pub use stacked::Stacked;
 pub use starting_point::{is_damped, starting_point};
+pub use static_loads::loads_of;
 pub use statics::static_readings;
 pub use walls::Walls;
 

@@ -1,5 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
+use super::answering::Answers;
 use super::damped::Damped;
 use super::spaces::Turn;
 use crate::correlation::{ModePair, PairedModes};
@@ -43,12 +44,15 @@ pub struct Prediction {
     pub(super) ratios: Option<Vec<f64>>,
     /// The model's values of the test's frequency responses, once they have been asked for.
     pub(super) responses: Once<Vec<Complex<f64>>>,
+    /// What the sensors read in static tests, where it is known.
+    pub(super) readings: Option<Vec<f64>>,
 }
 
 impl Prediction {
     /// The same modes at other frequencies and with other shapes at the sensors, as far as those tell: as in a batch.
     ///
     /// * `frequencies_hz`, `at_sensors`, `ratios` - of the elastic modes, ratios by dashpots alone
+    /// * `answers` - to the loads of the test, where it has any
     #[must_use]
     pub fn moved(
         &self,
@@ -56,10 +60,14 @@ impl Prediction {
         at_sensors: DMatrix<f64>,
         ratios: Vec<f64>,
         mass_properties: Option<MassProperties>,
+        answers: Option<Answers>,
     ) -> Self {
         let (clusters, pairs) = (self.clusters.clone(), self.pairs.clone());
         let seen = Self::seen(frequencies_hz, at_sensors, self.mac.clone());
-        Self { clusters, pairs, mass_properties, ratios: Some(ratios), ..seen }
+        let moved = Self { clusters, pairs, mass_properties, ratios: Some(ratios), ..seen };
+        let Some(Answers { responses, readings }) = answers else { return moved };
+        moved.responses.get_or_find(|| responses);
+        Self { readings: Some(readings), ..moved }
     }
 
     /// φᵀCφ/(2ω) of an elastic mode, or -Re s/|s| of one that dashpots couple; zero without dashpots.
@@ -97,6 +105,7 @@ impl Prediction {
             damped: None,
             ratios: None,
             responses: Once::new(),
+            readings: None,
         }
     }
 

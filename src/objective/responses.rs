@@ -1,5 +1,7 @@
 //! Frequency responses of a model at the lines and channels of a test, from K, M and C: over all vectors of the structure, or line by line.
 
+use super::answering::{Functions, Line};
+use super::common_error::CommonError;
 use super::prediction::Prediction;
 use super::starting_point::starting_point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
@@ -22,6 +24,9 @@ pub(super) struct FrfRows {
     /// For each value: line, reference, response, measured, its standard deviation.
     pub(super) values: Vec<FrfValue>,
     loss_factor: f64,
+    /// What the damping of modes does to logarithms of amplitudes, and to real and imaginary parts in turns, of all functions alike.
+    pub(super) common_of_log: Option<CommonError>,
+    pub(super) common_of_parts: Option<CommonError>,
 }
 
 /// One measured value.
@@ -56,32 +61,57 @@ impl FrfRows {
         // Where the model cannot move it has no amplitude to compare.
         let moving = |rows: &DMatrix<f64>| (0..rows.nrows()).filter(|&i| rows.row(i).amax() > 0.0).collect::<Vec<_>>();
         let (moving_responses, moving_references) = (moving(&responses), moving(&references));
-        let band_of = |&l: &usize| {
-            let hz = set.frequencies_hz[l];
-            fit.bands_hz.iter().position(|[low, high]| (*low..=*high).contains(&hz)).unwrap_or(0)
-        };
-        let bands: Vec<usize> = lines.iter().map(band_of).collect();
+        let band_of = |hz: f64| fit.bands_hz.iter().position(|[low, high]| (*low..=*high).contains(&hz)).unwrap_or(0);
+        let n_bands = fit.bands_hz.len().max(1);
+        let modes = test.modes.iter().filter(|m| !m.standing.is_aside()).map(|m| m.frequency_hz.value);
+        let errors = |hz: f64| modes.clone().map(|mode| fit.error_of_damping(hz, mode)).collect::<Vec<_>>();
+        let of_damping: Vec<Vec<Complex<f64>>> = lines.iter().map(|&l| errors(set.frequencies_hz[l])).collect();
         let mut values = Vec::new();
         for &reference in &moving_references {
             for &response in &moving_responses {
-                let function: Vec<Complex<f64>> = lines.iter().map(|&l| set.at(l, reference, response)).collect();
-                let level_of = |band: usize| {
-                    let own = function.iter().zip(&bands).filter(|(_, b)| **b == band).map(|(h, _)| h.norm_sqr());
-                    let known: Vec<f64> = own.filter(|v| v.is_finite()).collect();
-                    (known.iter().sum::<f64>() / known.len().max(1) as f64).sqrt()
-                };
-                let levels: Vec<f64> = (0..fit.bands_hz.len().max(1)).map(level_of).collect();
-                for (line, &measured) in function.iter().enumerate() {
+                let mut squares = vec![(0.0, 0_usize); n_bands];
+                for (l, &hz) in set.frequencies_hz.iter().enumerate().filter(|(_, hz)| fit.is_in_bands(**hz)) {
+                    let square = set.at(l, reference, response).norm_sqr();
+                    if square.is_finite() {
+                        let of_band = &mut squares[band_of(hz)];
+                        *of_band = (of_band.0 + square, of_band.1 + 1);
+                    }
+                }
+                let levels: Vec<f64> = squares.iter().map(|&(sum, count)| (sum / count.max(1) as f64).sqrt()).collect();
+                for (line, &l) in lines.iter().enumerate() {
+                    let measured = set.at(l, reference, response);
                     let size = measured.norm();
                     if !(size.is_finite() && size > 0.0) {
                         continue;
                     }
-                    let sd = relative_sd * size.max(FLOOR * levels[bands[line]]);
+                    let hz = set.frequencies_hz[l];
+                    let of_value = relative_sd * size.max(FLOOR * levels[band_of(hz)]);
+                    // Modes have it in common in part, and each function its own share of the nearest.
+                    let own = of_damping[line].iter().map(|error| error.re.abs()).fold(0.0, f64::max);
+                    let sd = of_value.hypot(size * own);
                     values.push(FrfValue { line, reference, response, measured, relative_sd: sd / size, sd });
                 }
             }
         }
+        let n_errors = modes.clone().count();
+        let of_log = |i: usize, m: usize| {
+            let v: &FrfValue = &values[i];
+            of_damping[v.line][m].re / v.relative_sd
+        };
+        let of_parts = |i: usize, m: usize| {
+            let v: &FrfValue = &values[i / 2];
+            let error = of_damping[v.line][m] * v.measured / v.sd;
+            if i.is_multiple_of(2) { error.re } else { error.im }
+        };
+        let is_any = fit.loss_factor_sd.is_some() && n_errors > 0;
+        let common = |rows: usize, of: &dyn Fn(usize, usize) -> f64| {
+            is_any.then(|| CommonError::new(&DMatrix::from_fn(rows, n_errors, of))).flatten()
+        };
+        let common_of_log = common(values.len(), &of_log);
+        let common_of_parts = common(2 * values.len(), &of_parts);
         Ok(Some(Self {
+            common_of_log,
+            common_of_parts,
             responses,
             references,
             order: set.quantity.order(),
@@ -107,6 +137,56 @@ impl FrfRows {
         prediction: &'p Prediction,
     ) -> &'p [Complex<f64>] {
         prediction.responses.get_or_find(|| self.evaluate(model, theta, prediction, None).0)
+    }
+
+    /// The model's values, and how it moves at every line; `None` where Z has no inverse.
+    pub(super) fn answering(
+        &self,
+        model: &dyn ParametricModel,
+        theta: &[f64],
+        prediction: &Prediction,
+    ) -> Option<Functions> {
+        let system = prediction.system().ok()?;
+        let loss_factor = loss_factor(model, theta, self.loss_factor);
+        let lines = Lines { system: &system, hz: &self.lines_hz, loss_factor };
+        let (n, rows) = (system.stiffness.nrows(), [&self.responses, &self.references]);
+        let [n_responses, n_references] = rows.map(DMatrix::nrows);
+        let right = DMatrix::from_fn(n, n_responses + n_references, |i, j| {
+            if j < n_responses { self.responses[(j, i)] } else { self.references[(j - n_responses, i)] }
+        });
+        let mut motions = rows.map(|rows| DMatrix::zeros(n, 2 * rows.nrows() * self.lines_hz.len()));
+        let mut is_solved = true;
+        lines
+            .sweep(&right, |line, x| {
+                let Some(x) = x else {
+                    is_solved = false;
+                    return;
+                };
+                for (of, (first, count)) in motions.iter_mut().zip([(0, n_responses), (n_responses, n_references)]) {
+                    for j in 0..count {
+                        let at = 2 * (line * count + j);
+                        for (i, v) in x.column(first + j).iter().enumerate() {
+                            (of[(i, at)], of[(i, at + 1)]) = (v.re, v.im);
+                        }
+                    }
+                }
+            })
+            .ok()?;
+        let line = |hz: &f64| Line {
+            omega: TAU * hz,
+            strained: Complex::new(1.0, loss_factor),
+            power: Complex::new(0.0, TAU * hz).powi(self.order),
+        };
+        let mut at_line = vec![Vec::new(); self.lines_hz.len()];
+        for (i, v) in self.values.iter().enumerate() {
+            at_line[v.line].push([i, v.response, v.reference]);
+        }
+        is_solved.then(|| Functions {
+            lines: self.lines_hz.iter().map(line).collect(),
+            motions,
+            values: self.values_of(model, theta, prediction).to_vec(),
+            at_line,
+        })
     }
 
     /// The model's values, and, if `free` is given, ∂H/∂θ_j as one column for each.
@@ -268,7 +348,7 @@ fn strained(stiffness: &DMatrix<f64>, x: &DMatrix<Complex<f64>>, columns: usize)
 }
 
 /// Rows of channels, (n_channels x n_dof).
-fn rows_of(
+pub(super) fn rows_of(
     model: &dyn ParametricModel,
     test: &TestData,
     channels: &[Channel],

@@ -17,12 +17,54 @@ pub fn static_readings(comparison: &Comparison<'_>, prediction: &Prediction) -> 
     if n_readings == 0 {
         return Vec::new();
     }
+    if let Some(known) = &prediction.readings {
+        return known.clone();
+    }
     let Ok(factor) = comparison.solver().factor(comparison.model(), &prediction.matrices) else {
         return vec![f64::NAN; n_readings];
     };
     let u = factor.solve(comparison.loads());
     let sensors = comparison.sensors_of(prediction);
     readings(comparison.test()).map(|(k, _, r)| sensors.row(r.sensor).tr_dot(&u.column(k))).collect()
+}
+
+/// What sensors read in static tests at one point, and how the structure moves.
+#[derive(Debug)]
+pub(super) struct Static {
+    pub(super) readings: Vec<f64>,
+    /// The test of each reading.
+    of_test: Vec<usize>,
+    /// u of every test, (n_dof x n_tests).
+    pub(super) moved: DMatrix<f64>,
+    /// λ of every reading, (n_dof x n_readings).
+    pub(super) reading: DMatrix<f64>,
+}
+
+impl Static {
+    /// `Some(None)` without static tests; `None` where K has no inverse.
+    pub(super) fn new(comparison: &Comparison<'_>, prediction: &Prediction) -> Option<Option<Self>> {
+        if comparison.test().static_tests.is_empty() {
+            return Some(None);
+        }
+        let factor = comparison.solver().factor(comparison.model(), &prediction.matrices).ok()?;
+        let sensors = comparison.sensors_of(prediction);
+        let (of_test, rows): (Vec<usize>, Vec<usize>) =
+            readings(comparison.test()).map(|(k, _, r)| (k, r.sensor)).unzip();
+        let moved = factor.solve(comparison.loads());
+        let reading = factor.solve(&sensors.select_rows(&rows).transpose());
+        let readings = static_readings(comparison, prediction);
+        Some(Some(Self { readings, of_test, moved, reading }))
+    }
+
+    /// Adds -λ · f to readings.
+    ///
+    /// * `reading` - λ on the rows of a change
+    /// * `forces` - of the change there under the motion of every test
+    pub(super) fn add(&self, reading: &DMatrix<f64>, forces: &DMatrix<f64>, out: &mut [f64]) {
+        for ((out, lambda), &k) in out.iter_mut().zip(reading.column_iter()).zip(&self.of_test) {
+            *out -= lambda.dot(&forces.column(k));
+        }
+    }
 }
 
 /// Whether a reading belongs to a residual, by the kind of its sensor.

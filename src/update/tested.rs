@@ -74,11 +74,13 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) -> Option<String> {
     if is_damped(model) {
         return None;
     }
-    fit.loss_factor = usual;
+    (fit.loss_factor, fit.loss_factor_sd) = (usual.map(|[eta, _]| eta), usual.map(|[_, sd]| sd));
     Some(match usual {
-        Some(eta) => format!(
-            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios",
-            four_digits(eta)
+        Some([eta, sd]) => format!(
+            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios; about {:.0} % that they \
+             scatter by is the standard deviation of an amplitude at resonance",
+            four_digits(eta),
+            1e2 * sd
         ),
         None => "frfs: no `loss_factor` is given, the model has no damping, and none was measured: near resonances its amplitudes will be too large"
             .to_string(),

@@ -19,6 +19,7 @@ mod modal_set;
 pub mod punch;
 mod skew;
 mod spectrum;
+mod telling_lines;
 mod test;
 pub mod uff;
 mod yaml;

@@ -302,24 +302,56 @@ pub struct FrfFit {
     pub reading: MeasurementOptions,
     /// Only lines in these bands, Hz; all lines when empty.
     pub bands_hz: Vec<[f64; 2]>,
+    /// Only these of them, Hz, ascending; all when absent.
+    pub lines_hz: Option<Vec<f64>>,
     /// Standard deviation of a value, relative to it.
     pub relative_sd: f64,
     /// Loss factor η of the whole structure, K (1 + i η), beside the model's own damping; zero when absent.
     pub loss_factor: Option<f64>,
+    /// Standard deviation of that of a mode, relative to it, where the file gives none; zero when absent.
+    pub loss_factor_sd: Option<f64>,
 }
 
 impl FrfFit {
     /// The loss factor of a model without damping of its own, for a file that gives none: twice the median of the measured damping
-    /// ratios, which is what an amplitude at resonance shows. `None` where nothing was measured.
-    pub fn usual_loss_factor(modes: &[TestMode]) -> Option<f64> {
-        let mut ratios: Vec<f64> = modes.iter().filter_map(|m| m.damping_ratio.map(|d| d.value)).collect();
-        ratios.sort_by(f64::total_cmp);
-        ratios.get(ratios.len() / 2).map(|ratio| 2.0 * ratio)
+    /// ratios, which is what an amplitude at resonance shows; and how much the ratios scatter about it, relative to it. `None` where nothing was
+    /// measured.
+    pub fn usual_loss_factor(modes: &[TestMode]) -> Option<[f64; 2]> {
+        /// Modes of one structure hardly agree better.
+        const LEAST: f64 = 0.05;
+        /// Standard deviation of a normal distribution over its median absolute deviation.
+        const OF_MEDIAN: f64 = 1.4826;
+        let ratios: Vec<f64> = modes.iter().filter_map(|m| m.damping_ratio.map(|d| d.value)).collect();
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        let middle = median(ratios.clone()).filter(|ratio| *ratio > 0.0)?;
+        let scatter = median(ratios.iter().map(|ratio| (ratio / middle - 1.0).abs()).collect())?;
+        Some([2.0 * middle, (OF_MEDIAN * scatter).max(LEAST)])
+    }
+
+    /// ∂ln H/∂ln η of a function at a line near a mode, times the standard deviation of ln η: what the scatter of damping ratios does to it.
+    ///
+    /// ```text
+    /// H ~ 1/(η (i - δ)) at δ = (f - f_m)/(½ η f_m),   ∂ln H/∂ln η = (-1 + iδ)/(1 + δ²)
+    /// ```
+    pub fn error_of_damping(&self, hz: f64, mode_hz: f64) -> Complex<f64> {
+        let (Some(eta), Some(sd)) = (self.loss_factor, self.loss_factor_sd) else { return Complex::default() };
+        let delta = (hz - mode_hz) / (0.5 * eta * mode_hz);
+        let error = Complex::new(-1.0, delta) * (sd / (1.0 + delta * delta));
+        if error.is_finite() { error } else { Complex::default() }
     }
 
     /// Whether a line is in its bands.
-    pub fn uses(&self, hz: f64) -> bool {
+    pub fn is_in_bands(&self, hz: f64) -> bool {
         hz > 0.0 && (self.bands_hz.is_empty() || self.bands_hz.iter().any(|[l, h]| (*l..=*h).contains(&hz)))
+    }
+
+    /// Whether a line enters a fit.
+    pub fn uses(&self, hz: f64) -> bool {
+        let is_chosen = |lines: &Vec<f64>| lines.binary_search_by(|f| f.total_cmp(&hz)).is_ok();
+        self.is_in_bands(hz) && self.lines_hz.as_ref().is_none_or(is_chosen)
     }
 }
 
@@ -353,8 +385,12 @@ pub struct TestData {
 impl TestData {
     /// Whether there is something beside modes that a model could be compared with.
     pub fn has_more_than_modes(&self) -> bool {
-        let has_functions = self.frfs.is_some() && self.frf_fit.is_some();
-        !self.mass_properties.is_empty() || !self.static_tests.is_empty() || has_functions
+        !self.mass_properties.is_empty() || self.has_answers()
+    }
+
+    /// Whether it has answers to loads: static tests, or functions that a fit uses.
+    pub fn has_answers(&self) -> bool {
+        !self.static_tests.is_empty() || self.frfs.is_some() && self.frf_fit.is_some()
     }
 
     /// Whether there is nothing in it that a model could be compared with.

@@ -28,7 +28,7 @@ use retune::model::spec::ModelSpec;
 use retune::model::{
     MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, Registry, StandIn,
 };
-use retune::objective::{Comparison, Scaling, is_damped};
+use retune::objective::{Comparison, Scaling, is_damped, loads_of};
 use retune::once::Once;
 use retune::optim::Draw;
 use retune::update::{HowToPair, as_given};
@@ -41,6 +41,9 @@ const LARGE: usize = 100;
 
 /// Estimated relative error of a frequency of a stand-in, at least: for exact data a basis would grow without end.
 const LEAST_ERROR: f64 = 1e-7;
+
+/// Values of functions that a search compares, at most, where fewer lines still tell of every mode.
+const MOST_VALUES: usize = 5_000;
 
 /// A test with the model in the configuration that was tested, and where its modes and sensors stand among those of all.
 #[derive(Debug, Clone)]
@@ -171,7 +174,7 @@ impl Scene {
             return Err(DiagnosisError::NoData);
         }
         let is_damped = models.iter().any(|m| is_damped(&**m));
-        let tests = tests.iter().map(|&t| Arc::new(t.clone())).collect();
+        let tests = tests.iter().map(|&t| Arc::new(with_telling_lines(t))).collect();
         Self::of(Arc::new(model.spec().clone()), models, tests, Vec::new(), is_damped).with_stand_ins(&[], &[])
     }
 
@@ -235,16 +238,8 @@ impl Scene {
     /// * `sizes` - values of parameters near which they are to be right
     fn with_stand_ins(mut self, before: &[Case], sizes: &[(String, f64)]) -> Result<Self, DiagnosisError> {
         let largest = self.most_dofs();
-        // A stand-in is made for modes: with other data the model is solved itself while that can be done.
-        let asks_for_itself = |c: &Case| c.test.has_more_than_modes();
-        if largest <= self.large || largest <= MOST_DENSE_DOFS && self.cases.iter().any(asks_for_itself) {
+        if largest <= self.large {
             return Ok(self);
-        }
-        if let Some(case) = self.cases.iter().find(|c| !c.test.static_tests.is_empty()) {
-            let n_dof = case.model.dof_map().n_dof();
-            return Err(CorrelationError::Model(format!(
-                "a diagnosis with static tests needs a model of at most {MOST_DENSE_DOFS} dofs, and this one has {n_dof}: subdivide less, or leave them out of the test file"
-            )).into());
         }
         // A tenth of what is told of the frequencies, where that is less.
         let told = self.test.modes.iter().map(|m| m.frequency_hz.sd / m.frequency_hz.value);
@@ -252,6 +247,7 @@ impl Scene {
         let failed = |e: ModelError| CorrelationError::Model(e.to_string());
         let n_modes = 2 * self.cases.iter().map(|c| c.test.modes.len()).max().unwrap_or(0) + 4;
         let mut made: Vec<StandIn> = Vec::new();
+        let of_cases: Vec<_> = self.cases.iter().map(|c| (c.model.clone(), c.test.clone())).collect();
         for (k, case) in self.cases.iter_mut().enumerate() {
             let known = made.iter().find(|s| Arc::ptr_eq(s.model(), &case.model)).cloned();
             let stand_in = match known {
@@ -259,7 +255,11 @@ impl Scene {
                 None => {
                     let options = ReducedOptions { n_modes, tolerance, ..ReducedOptions::default() };
                     let like = before.get(k).and_then(|c| c.stand_in.as_deref());
-                    StandIn::reduced(&case.model, options, like, sizes).map_err(failed)?
+                    let tests = of_cases.iter().filter(|(model, _)| Arc::ptr_eq(model, &case.model));
+                    let loads = tests.map(|(model, test)| loads_of(&**model, test)).collect::<Result<Vec<_>, _>>()?;
+                    let loads: Vec<_> = loads.iter().flat_map(|l| l.column_iter()).collect();
+                    let loads = if loads.is_empty() { None } else { Some(DMatrix::from_columns(&loads)) };
+                    StandIn::reduced(&case.model, options, like, sizes, loads.as_ref()).map_err(failed)?
                 }
             };
             made.push(stand_in.clone());
@@ -483,6 +483,12 @@ impl Tests for Scene {
     fn sensors_of(&self, test: usize) -> &[usize] {
         &self.cases[test].sensors
     }
+}
+
+/// A test with the lines of its functions that tell most: a search fits thousands of hypotheses to them.
+fn with_telling_lines(test: &TestData) -> TestData {
+    let (Some(set), Some(fit)) = (&test.frfs, &test.frf_fit) else { return test.clone() };
+    TestData { frf_fit: Some(fit.with_telling_lines(set, &test.modes, MOST_VALUES)), ..test.clone() }
 }
 
 /// The configuration of a file in which a test was made.

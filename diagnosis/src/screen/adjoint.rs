@@ -32,8 +32,8 @@ use retune::element::Dof;
 use retune::linalg::sparse::{IndefinitePencil, SparsePlan};
 use retune::linalg::vector3::cross;
 use retune::linalg::{DMatrix, DVector, LinalgError, SymMatrix, tall_take, tall_tr_mul};
-use retune::model::{Change, ChangeAt, MassProperties, Model, ModelError, ParametricModel, Targets};
-use retune::objective::{Comparison, Prediction};
+use retune::model::{Change, ChangeAt, MassProperties, Model, ModelError, ParametricModel, StandIn, Targets};
+use retune::objective::{Answering, Answers as LoadAnswers, Comparison, Prediction};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Where (K - σM) is factored instead of at λ, as a share of λ beside it: the matrix is regular there, and what lies across the modes differs by
@@ -88,6 +88,8 @@ struct Adjoint {
     /// Rᵀ M R of the six rigid motions, where something is compared with it.
     mass: Option<SymMatrix>,
     mounted: Vec<Mounted>,
+    /// Static tests and functions, and what is solved for them.
+    answering: Option<(Answering, Arc<StandIn>)>,
 }
 
 /// Candidates times dofs from which slopes choose who is evaluated: an imported aircraft of 400 dofs has 9 000 candidates, and every evaluation of
@@ -219,6 +221,8 @@ struct Moved {
     largest: f64,
     /// Rᵀ ΔM R of the six rigid motions.
     mass: Option<SymMatrix>,
+    /// Changes of static readings and functions, as those of sensors on nodes that stay where they are.
+    answers: Option<LoadAnswers>,
 }
 
 /// A sensor that stands on a node and moves with it.
@@ -245,7 +249,7 @@ impl Adjoint {
         let failed = |e: ModelError| DiagnosisError::from(CorrelationError::Model(e.to_string()));
         let prediction = comparison.predict(theta)?;
         let model = &*case.model;
-        let theta = theta[..model.parameters().len()].to_vec();
+        let (all, theta) = (theta, theta[..model.parameters().len()].to_vec());
         let system = model.assemble_sparse(&theta).map_err(failed)?;
         let own;
         let (shapes, plan) = match &case.stand_in {
@@ -286,7 +290,8 @@ impl Adjoint {
             Vec::new()
         };
         let mounted = case.test.sensors.iter().enumerate().filter_map(|(i, s)| Mounted::new(model, i, s)).collect();
-        Ok(Self { prediction, modes, answers, ratios, theta, mass, mounted })
+        let answering = case.stand_in.clone().and_then(|s| Some((Answering::new(comparison, &all, &prediction)?, s)));
+        Ok(Self { prediction, modes, answers, ratios, theta, mass, mounted, answering })
     }
 
     /// What a change of these sizes does, to first order.
@@ -313,7 +318,15 @@ impl Adjoint {
         }
         let mass = self.mass.as_ref().and_then(|_| change.rigid_mass(&self.theta, sizes).ok());
         let ratios = self.ratios_moved(change, sizes, &frequencies)?;
-        Some(Moved { frequencies, shapes, ratios, largest, mass })
+        let answers = match &self.answering {
+            Some((answering, stand_in)) => {
+                let (moved, share) = local.answers(answering, stand_in)?;
+                largest = largest.max(share);
+                Some(moved)
+            }
+            None => None,
+        };
+        Some(Moved { frequencies, shapes, ratios, largest, mass, answers })
     }
 
     /// φᵀΔCφ/2ω - ζ δω/ω of the paired modes.
@@ -371,7 +384,13 @@ impl Adjoint {
             moved.mass.iter().for_each(|more| all.add_scaled(share, more));
             MassProperties::from_rigid_mass(&all)
         });
-        self.prediction.moved(frequencies, at_sensors, ratios, mass)
+        let answers = self.answering.as_ref().zip(moved.answers.as_ref()).map(|((answering, _), moved)| {
+            let mut all = answering.answers();
+            all.responses.iter_mut().zip(&moved.responses).for_each(|(h, more)| *h += more * share);
+            all.readings.iter_mut().zip(&moved.readings).for_each(|(r, more)| *r += more * share);
+            all
+        });
+        self.prediction.moved(frequencies, at_sensors, ratios, mass, answers)
     }
 }
 
@@ -419,6 +438,22 @@ impl Across<'_> {
 struct Local<'a>(ChangeAt<'a>);
 
 impl Local<'_> {
+    /// What it does to static readings and functions, and the largest share of one of them.
+    fn answers(&self, answering: &Answering, stand_in: &StandIn) -> Option<(LoadAnswers, f64)> {
+        let (size, old) = (self.0.rows().len(), self.0.old_rows());
+        let rows: Vec<Vec<(usize, f64)>> = old.iter().map(|&row| vec![(row, 1.0)]).collect();
+        let times = |x: &DMatrix<f64>| {
+            let [stiffness, mass] = self.0.times(x);
+            [stiffness, mass, self.0.damping_times(x)]
+        };
+        let moved = answering.moved(&stand_in.observed(&rows), size - old.len(), &times)?;
+        let before = answering.answers();
+        let of_functions = moved.responses.iter().zip(&before.responses).map(|(more, h)| more.norm() / h.norm());
+        let of_readings = moved.readings.iter().zip(&before.readings).map(|(more, r)| (more / r).abs());
+        let largest = of_functions.chain(of_readings).filter(|share| share.is_finite()).fold(0.0, f64::max);
+        Some((moved, largest))
+    }
+
     /// ΔK x and ΔM x.
     fn times(&self, x: &DVector<f64>) -> [DVector<f64>; 2] {
         let x = DMatrix::from_column_slice(x.len(), 1, x.as_slice());

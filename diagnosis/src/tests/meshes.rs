@@ -133,7 +133,7 @@ fn a_stand_in_is_right_near_the_sizes_that_it_is_made_for() {
     };
     let options = ReducedOptions { n_modes: 8, ..ReducedOptions::default() };
     let worst = |held: &[(String, f64)]| {
-        let own = frequencies(&StandIn::reduced(&model, options, None, held).unwrap());
+        let own = frequencies(&StandIn::reduced(&model, options, None, held, None).unwrap());
         own.iter().zip(frequencies(&*model)).map(|(own, full)| (own / full - 1.0).abs()).fold(0.0, f64::max)
     };
     let (held, neutral) = (worst(&[("c".into(), 0.2)]), worst(&[]));

@@ -9,6 +9,7 @@ use crate::problem::scene::{Case, Scene};
 use crate::screen::stage::Stage;
 use crate::search::hypothesis::{Estimate, Refit, Tried};
 use crate::thresholds::{ON_BOUND, STRONG};
+use retune::data::TestData;
 use retune::fault::Tests;
 use retune::model::{Model, PlacedElement};
 use retune::objective::Scaling;
@@ -102,6 +103,17 @@ pub(crate) struct Warnings {
     pub(crate) finer_mesh: Option<String>,
 }
 
+/// How many lines of functions are compared, where those between are left out.
+fn fewer_lines(test: &TestData) -> Option<String> {
+    let (set, fit) = (test.frfs.as_ref()?, test.frf_fit.as_ref()?);
+    let chosen = fit.lines_hz.as_ref()?.len();
+    let all = set.frequencies_hz.iter().filter(|hz| fit.is_in_bands(**hz)).count();
+    Some(format!(
+        "of the functions of {} the search compares {chosen} of {all} lines, about the modes and between them; `update` and `compare` use all",
+        test.name
+    ))
+}
+
 /// * `named` - the hypotheses that are named
 /// * `best` - what explains the test best with all that is named in it, if anything is: there the mesh is judged
 pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> Warnings {
@@ -133,6 +145,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
             "frequency responses are not used, because the test has no `frfs` block that says how; add one".to_string(),
         );
     }
+    out.extend(base.scene.cases.iter().filter_map(|case| fewer_lines(&case.test)));
     if leaves_damping_aside(base) {
         out.push(
             "damping ratios take no part in the search, because the model has no damping; give it `modal_damping`, or members `stiffness_damping` or \

@@ -50,12 +50,28 @@ impl<'a> ChangeAt<'a> {
     ///
     /// * `x` - motions of its rows, (rows x any number)
     pub fn times(&self, x: &DMatrix<f64>) -> [Option<DMatrix<f64>>; 2] {
-        let mut sums = [None, None];
+        self.sums(x, |part, x| part.times(x))
+    }
+
+    /// ΔC x on its rows; `None` where it has none. Superelements damp nothing here.
+    ///
+    /// * `x` - motions of its rows, (rows x any number)
+    pub fn damping_times(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let [sum] = self.sums(x, |part, x| [part.damping_times(x)]);
+        sum
+    }
+
+    fn sums<const N: usize>(
+        &self,
+        x: &DMatrix<f64>,
+        of: impl Fn(&PartAt<'_>, &DMatrix<f64>) -> [Option<DMatrix<f64>>; N],
+    ) -> [Option<DMatrix<f64>>; N] {
+        let mut sums = [const { None }; N];
         for part in &self.parts {
             let rows = part.rows();
             let places: Vec<usize> = rows.iter().map(|&row| place(&self.rows, row)).collect();
             let own = x.select_rows(&places);
-            for (sum, force) in sums.iter_mut().zip(part.times(&own)) {
+            for (sum, force) in sums.iter_mut().zip(of(part, &own)) {
                 let Some(force) = force else { continue };
                 let sum = sum.get_or_insert_with(|| DMatrix::zeros(self.rows.len(), x.ncols()));
                 for (mut to, from) in sum.column_iter_mut().zip(force.column_iter()) {
@@ -85,5 +101,12 @@ impl PartAt<'_> {
                 [&own.stiffness, &own.mass].map(|a| (!a.is_zero()).then(|| on_rows(a)))
             }
         }
+    }
+
+    /// ΔC x on its rows.
+    fn damping_times(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let PartAt::Element { connection, own } = self else { return None };
+        let force = || connection.tr_times(&(own.damping.to_dense() * connection.times(x)));
+        (!own.damping.is_zero()).then(force)
     }
 }

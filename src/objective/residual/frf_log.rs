@@ -11,6 +11,7 @@ use crate::linalg::DMatrix;
 /// ∂r = Re(H* ∂H)/|H|² / σ
 /// ```
 ///
+/// Where the loss factor is an estimate by measured ratios, what its error does to all functions alike is taken out as far as it is expected.
 /// Smooth over resonances and antiresonances, so that a model that is still far off finds its way; it does not see phases.
 #[derive(Debug, Clone, Copy)]
 pub struct FrfLog;
@@ -39,6 +40,7 @@ impl Residual for FrfLog {
         {
             *o = (h.norm() / v.measured.norm()).ln() / v.relative_sd;
         }
+        rows.common_of_log.iter().for_each(|error| error.whiten(out));
     }
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
@@ -48,6 +50,9 @@ impl Residual for FrfLog {
             for j in 0..out.ncols() {
                 out[(i, j)] = (h[i].conj() * slopes[(i, j)]).re / h[i].norm_sqr() / v.relative_sd;
             }
+        }
+        if let Some(error) = &rows.common_of_log {
+            out.column_iter_mut().for_each(|mut column| error.whiten(column.as_mut_slice()));
         }
     }
 }

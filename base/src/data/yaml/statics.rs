@@ -254,7 +254,15 @@ impl Reader<'_> {
             Roles::default()
         });
         let reading = MeasurementOptions { frf, unit: f.unit.clone(), variables, ..MeasurementOptions::default() };
-        FrfFit { files: f.files.clone(), reading, bands_hz, relative_sd, loss_factor }
+        FrfFit {
+            files: f.files.clone(),
+            reading,
+            bands_hz,
+            lines_hz: None,
+            relative_sd,
+            loss_factor,
+            loss_factor_sd: None,
+        }
     }
 }
 
