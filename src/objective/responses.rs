@@ -5,7 +5,7 @@ use super::common_error::CommonError;
 use super::prediction::Prediction;
 use super::starting_point::starting_point;
 use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
-use crate::data::{Channel, FrfFit, TestData};
+use crate::data::{Channel, DampingError, FrfFit, TestData};
 use crate::linalg::{Complex, DMatrix, DynamicStiffness, EntrySlopes, LinalgError, ShiftedPencil, Superposition};
 use crate::model::{ParametricModel, System};
 use std::f64::consts::TAU;
@@ -63,10 +63,9 @@ impl FrfRows {
         let (moving_responses, moving_references) = (moving(&responses), moving(&references));
         let band_of = |hz: f64| fit.bands_hz.iter().position(|[low, high]| (*low..=*high).contains(&hz)).unwrap_or(0);
         let n_bands = fit.bands_hz.len().max(1);
-        let modes = test.modes.iter().filter(|m| !m.standing.is_aside()).map(|m| m.frequency_hz.value);
-        let errors = |hz: f64| modes.clone().map(|mode| fit.error_of_damping(hz, mode)).collect::<Vec<_>>();
-        let of_damping: Vec<Vec<Complex<f64>>> = lines.iter().map(|&l| errors(set.frequencies_hz[l])).collect();
-        let mut values = Vec::new();
+        let damping = fit.damping_error.as_deref();
+        let n_errors = damping.map_or(0, DampingError::n_modes);
+        let (mut values, mut of_damping) = (Vec::new(), Vec::new());
         for &reference in &moving_references {
             for &response in &moving_responses {
                 let mut squares = vec![(0.0, 0_usize); n_bands];
@@ -86,27 +85,26 @@ impl FrfRows {
                     }
                     let hz = set.frequencies_hz[l];
                     let of_value = relative_sd * size.max(FLOOR * levels[band_of(hz)]);
-                    // Modes have it in common in part, and each function its own share of the nearest.
-                    let own = of_damping[line].iter().map(|error| error.re.abs()).fold(0.0, f64::max);
-                    let sd = of_value.hypot(size * own);
+                    let error = |mode: usize| damping.map(|d| d.of_value(hz, (reference, response), measured, mode));
+                    let errors: Vec<Complex<f64>> = (0..n_errors).filter_map(error).collect();
+                    // What is not linear in an error is the value's own.
+                    let sd = of_value.hypot(0.5 * size * errors.iter().map(|e| e.norm_sqr()).sum::<f64>());
+                    of_damping.extend(errors);
                     values.push(FrfValue { line, reference, response, measured, relative_sd: sd / size, sd });
                 }
             }
         }
-        let n_errors = modes.clone().count();
         let of_log = |i: usize, m: usize| {
             let v: &FrfValue = &values[i];
-            of_damping[v.line][m].re / v.relative_sd
+            of_damping[i * n_errors + m].re / v.relative_sd
         };
         let of_parts = |i: usize, m: usize| {
             let v: &FrfValue = &values[i / 2];
-            let error = of_damping[v.line][m] * v.measured / v.sd;
+            let error: Complex<f64> = of_damping[i / 2 * n_errors + m] * v.measured / v.sd;
             if i.is_multiple_of(2) { error.re } else { error.im }
         };
-        let is_any = fit.loss_factor_sd.is_some() && n_errors > 0;
-        let common = |rows: usize, of: &dyn Fn(usize, usize) -> f64| {
-            is_any.then(|| CommonError::new(&DMatrix::from_fn(rows, n_errors, of))).flatten()
-        };
+        let common =
+            |rows: usize, of: &dyn Fn(usize, usize) -> f64| CommonError::new(&DMatrix::from_fn(rows, n_errors, of));
         let common_of_log = common(values.len(), &of_log);
         let common_of_parts = common(2 * values.len(), &of_parts);
         Ok(Some(Self {

@@ -5,12 +5,13 @@
 
 use super::{FirstLook, slip_of_unit, slips_of_modes, slips_of_readings};
 use crate::correlation::{CorrelationError, check_functions, check_sensors, with_sensor_masses};
-use crate::data::{FrfFit, TestData};
+use crate::data::{DampingError, FrfFit, TestData};
 use crate::linalg::Complex;
 use crate::model::{Model, ParametricModel};
 use crate::objective::{is_damped, silent_functions};
 use crate::units::four_digits;
 use crate::yaml::Problem;
+use std::sync::Arc;
 
 /// Models that are solved once more without anybody waiting for it.
 const QUICK: usize = 1000;
@@ -74,11 +75,13 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) -> Option<String> {
     if is_damped(model) {
         return None;
     }
-    (fit.loss_factor, fit.loss_factor_sd) = (usual.map(|[eta, _]| eta), usual.map(|[_, sd]| sd));
+    fit.loss_factor = usual.map(|[eta, _]| eta);
+    let error = usual.zip(test.frfs.as_ref()).and_then(|([eta, sd], set)| DampingError::new(sd, eta, set, &test.modes));
+    fit.damping_error = error.map(Arc::new);
     Some(match usual {
         Some([eta, sd]) => format!(
-            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios; about {:.0} % that they \
-             scatter by is the standard deviation of an amplitude at resonance",
+            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios, by which each mode may be off as \
+             these scatter, {:.0} %",
             four_digits(eta),
             1e2 * sd
         ),

@@ -1,6 +1,6 @@
 //! The content of a test file.
 
-use super::{Correction, Date, FrfSet, MeasurementOptions};
+use super::{Correction, DampingError, Date, FrfSet, MeasurementOptions};
 use crate::dof::Dof;
 use retune_linalg::{Complex, DVector};
 use std::sync::Arc;
@@ -308,8 +308,8 @@ pub struct FrfFit {
     pub relative_sd: f64,
     /// Loss factor η of the whole structure, K (1 + i η), beside the model's own damping; zero when absent.
     pub loss_factor: Option<f64>,
-    /// Standard deviation of that of a mode, relative to it, where the file gives none; zero when absent.
-    pub loss_factor_sd: Option<f64>,
+    /// What the scatter of that of the modes does to the functions, where the file gives none.
+    pub damping_error: Option<Arc<DampingError>>,
 }
 
 impl FrfFit {
@@ -329,18 +329,6 @@ impl FrfFit {
         let middle = median(ratios.clone()).filter(|ratio| *ratio > 0.0)?;
         let scatter = median(ratios.iter().map(|ratio| (ratio / middle - 1.0).abs()).collect())?;
         Some([2.0 * middle, (OF_MEDIAN * scatter).max(LEAST)])
-    }
-
-    /// ∂ln H/∂ln η of a function at a line near a mode, times the standard deviation of ln η: what the scatter of damping ratios does to it.
-    ///
-    /// ```text
-    /// H ~ 1/(η (i - δ)) at δ = (f - f_m)/(½ η f_m),   ∂ln H/∂ln η = (-1 + iδ)/(1 + δ²)
-    /// ```
-    pub fn error_of_damping(&self, hz: f64, mode_hz: f64) -> Complex<f64> {
-        let (Some(eta), Some(sd)) = (self.loss_factor, self.loss_factor_sd) else { return Complex::default() };
-        let delta = (hz - mode_hz) / (0.5 * eta * mode_hz);
-        let error = Complex::new(-1.0, delta) * (sd / (1.0 + delta * delta));
-        if error.is_finite() { error } else { Complex::default() }
     }
 
     /// Whether a line is in its bands.

@@ -261,7 +261,7 @@ impl Reader<'_> {
             lines_hz: None,
             relative_sd,
             loss_factor,
-            loss_factor_sd: None,
+            damping_error: None,
         }
     }
 }
