@@ -407,16 +407,21 @@ pub fn band_residuals(
     Ok(BandResiduals { bands, channels })
 }
 
-/// Variance of real or imaginary part over |H|²; infinite without coherence.
-fn relative_variance(set: &FrfSet, index: usize, floor: f64) -> f64 {
-    let random = match (&set.coherence, set.n_averages) {
+/// Variance of real or imaginary part over |H|² by the random error that coherence and averages tell; zero where they are not known, infinite without
+/// coherence.
+pub(crate) fn random_variance(set: &FrfSet, index: usize) -> f64 {
+    match (&set.coherence, set.n_averages) {
         (Some(coherence), Some(n)) if n > 0 => {
             let c = coherence[index].clamp(0.0, 1.0);
             (1.0 - c) / (2.0 * n as f64 * c)
         }
         _ => 0.0,
-    };
-    random + floor * floor
+    }
+}
+
+/// The same with a floor.
+fn relative_variance(set: &FrfSet, index: usize, floor: f64) -> f64 {
+    random_variance(set, index) + floor * floor
 }
 
 #[derive(Debug, Clone, Copy, Default)]

@@ -36,6 +36,7 @@ pub use criteria::{
     ProbabilityOf, find_profile, parse_profiles,
 };
 pub use expansion::{ExpandedShape, Expander};
+pub(crate) use frf::random_variance;
 pub use frf::{
     BandResidual, BandResiduals, ByChannel, FrequencyShift, Signature, band_residuals, fdac, frac, frequency_shift,
     is_driving_point, local_amplitude, signatures, to_quantity,

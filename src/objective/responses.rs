@@ -4,10 +4,11 @@ use super::answering::{Functions, Line};
 use super::common_error::CommonError;
 use super::prediction::Prediction;
 use super::starting_point::starting_point;
-use crate::correlation::{CorrelationError, fitted_channel, observation_matrix};
+use crate::correlation::{CorrelationError, fitted_channel, observation_matrix, random_variance};
 use crate::data::{Channel, DampingError, FrfFit, TestData};
 use crate::linalg::{Complex, DMatrix, DynamicStiffness, EntrySlopes, LinalgError, ShiftedPencil, Superposition};
 use crate::model::{ParametricModel, System};
+use crate::once::Once;
 use std::f64::consts::TAU;
 
 /// The measured values that a fit uses, and the rows of their channels.
@@ -24,9 +25,10 @@ pub(super) struct FrfRows {
     /// For each value: line, reference, response, measured, its standard deviation.
     pub(super) values: Vec<FrfValue>,
     loss_factor: f64,
-    /// What the damping of modes does to logarithms of amplitudes, and to real and imaginary parts in turns, of all functions alike.
-    pub(super) common_of_log: Option<CommonError>,
-    pub(super) common_of_parts: Option<CommonError>,
+    /// What the damping of each mode does to ln H of each value, in standard deviations, value by value.
+    of_damping: Vec<Complex<f64>>,
+    /// The same as an error that logarithms of amplitudes have in common, and one that real and imaginary parts in turns have.
+    common: [Once<Option<CommonError>>; 2],
 }
 
 /// One measured value.
@@ -84,32 +86,25 @@ impl FrfRows {
                         continue;
                     }
                     let hz = set.frequencies_hz[l];
-                    let of_value = relative_sd * size.max(FLOOR * levels[band_of(hz)]);
+                    let random = size * random_variance(set, set.index(l, reference, response)).sqrt();
+                    // What coherence does not vouch for tells nothing.
+                    if !random.is_finite() {
+                        continue;
+                    }
                     let error = |mode: usize| damping.map(|d| d.of_value(hz, (reference, response), measured, mode));
                     let errors: Vec<Complex<f64>> = (0..n_errors).filter_map(error).collect();
                     // What is not linear in an error is the value's own.
-                    let sd = of_value.hypot(0.5 * size * errors.iter().map(|e| e.norm_sqr()).sum::<f64>());
+                    let beyond = 0.5 * size * errors.iter().map(|e| e.norm_sqr()).sum::<f64>();
+                    let of_value = relative_sd * size.max(FLOOR * levels[band_of(hz)]);
+                    let sd = of_value.hypot(random).hypot(beyond);
                     of_damping.extend(errors);
                     values.push(FrfValue { line, reference, response, measured, relative_sd: sd / size, sd });
                 }
             }
         }
-        let of_log = |i: usize, m: usize| {
-            let v: &FrfValue = &values[i];
-            of_damping[i * n_errors + m].re / v.relative_sd
-        };
-        let of_parts = |i: usize, m: usize| {
-            let v: &FrfValue = &values[i / 2];
-            let error: Complex<f64> = of_damping[i / 2 * n_errors + m] * v.measured / v.sd;
-            if i.is_multiple_of(2) { error.re } else { error.im }
-        };
-        let common =
-            |rows: usize, of: &dyn Fn(usize, usize) -> f64| CommonError::new(&DMatrix::from_fn(rows, n_errors, of));
-        let common_of_log = common(values.len(), &of_log);
-        let common_of_parts = common(2 * values.len(), &of_parts);
         Ok(Some(Self {
-            common_of_log,
-            common_of_parts,
+            of_damping,
+            common: [Once::new(), Once::new()],
             responses,
             references,
             order: set.quantity.order(),
@@ -117,6 +112,31 @@ impl FrfRows {
             values,
             loss_factor: loss_factor.unwrap_or(0.0),
         }))
+    }
+
+    /// What the damping of modes does to the logarithms of all amplitudes alike.
+    pub(super) fn common_of_log(&self) -> Option<&CommonError> {
+        let find = || self.common_error(1, |v, error, _| error.re / v.relative_sd);
+        self.common[0].get_or_find(find).as_ref()
+    }
+
+    /// The same to real and imaginary parts in turns.
+    pub(super) fn common_of_parts(&self) -> Option<&CommonError> {
+        let part = |v: &FrfValue, error: Complex<f64>, part: usize| {
+            let moved = error * v.measured / v.sd;
+            if part == 0 { moved.re } else { moved.im }
+        };
+        self.common[1].get_or_find(|| self.common_error(2, part)).as_ref()
+    }
+
+    /// * `rows` - of a value
+    fn common_error(&self, rows: usize, of: impl Fn(&FrfValue, Complex<f64>, usize) -> f64) -> Option<CommonError> {
+        let n_errors = self.of_damping.len() / self.values.len().max(1);
+        let row = |i: usize, m: usize| {
+            let value = i / rows;
+            of(&self.values[value], self.of_damping[value * n_errors + m], i % rows)
+        };
+        CommonError::new(&DMatrix::from_fn(rows * self.values.len(), n_errors, row))
     }
 
     /// "frf 12 -> p3 at 17.250 Hz" by index.

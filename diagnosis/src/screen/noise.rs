@@ -23,6 +23,10 @@ use rayon::prelude::*;
 use retune::fault::Tests;
 use retune::linalg::{DMatrix, DVector, thin_svd};
 use retune::optim::Draw;
+use std::collections::BTreeSet;
+
+/// Share of the largest singular value from which directions are spanned.
+const SPANNED: f64 = 1e-8;
 
 /// Unit noise on the noisy rows, the same for the same draw.
 fn noise(noisy: &[bool], seed: u64, draw: usize) -> DVector<f64> {
@@ -50,28 +54,37 @@ pub(crate) struct Scatter {
 /// The catalogue's columns at their typical sizes span almost everything; directions in which it moves the residual by
 /// less than one standard deviation are left out, and never more than half of the degrees of freedom are spanned.
 pub(crate) fn scatter(scene: &Scene, fit: &Fit, q: &DMatrix<f64>, directions: &Directions, seed: u64) -> Scatter {
-    let noisy = fit.noisy_rows();
-    let dof = noisy.iter().filter(|n| **n).count().saturating_sub(q.ncols());
     let none = Scatter { s2: 1.0, whiteness_p: 1.0 };
+    let mut noisy = fit.noisy_rows();
+    let channels = channels(fit, &noisy);
+    if scene.has_functions() {
+        // They are no channel here: without them the greater part of the work falls away.
+        let of_channels: BTreeSet<usize> = channels.iter().flatten().copied().collect();
+        noisy.iter_mut().enumerate().for_each(|(row, is)| *is &= of_channels.contains(&row));
+    }
+    let told: Vec<usize> = (0..noisy.len()).filter(|&row| noisy[row]).collect();
+    let on_told = |a: &DMatrix<f64>| a.select_rows(&told);
+    let dof = told.len().saturating_sub(q.ncols());
     if dof < 10 {
         return none;
     }
-    let mut span = q.clone();
+    let mut span = on_told(q);
     if directions.unit.ncols() > 0 {
-        let mut scaled = directions.unit.clone();
+        let mut scaled = on_told(&directions.unit);
         for (mut c, l) in scaled.column_iter_mut().zip(&directions.length) {
             c *= l.min(20.0);
         }
         let Ok(svd) = thin_svd(&scaled) else { return none };
         let rank = svd.values.iter().take_while(|v| **v > 1.0).count().min(dof / 2);
-        span = DMatrix::from_columns(
-            &q.column_iter()
-                .map(nalgebra::Matrix::into_owned)
-                .chain((0..rank).map(|k| svd.left.column(k).into_owned()))
-                .collect::<Vec<_>>(),
-        );
+        let first = span.ncols();
+        span = span.resize_horizontally(first + rank, 0.0);
+        span.columns_mut(first, rank).copy_from(&svd.left.columns(0, rank));
     }
-    let channels = channels(fit, &noisy);
+    // On these rows alone the directions need not be orthonormal.
+    let Ok(parts) = thin_svd(&span) else { return none };
+    let basis = parts.left.columns(0, parts.rank(SPANNED));
+    let mut span = DMatrix::zeros(fit.r.len(), basis.ncols());
+    told.iter().enumerate().for_each(|(i, &row)| span.row_mut(row).copy_from(&basis.row(i)));
     let neighbours = neighbours(scene);
     let observed = project(&span, &fit.r);
     let draws: Vec<(f64, f64)> = (0..DRAWS)

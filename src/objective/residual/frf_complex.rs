@@ -40,7 +40,7 @@ impl Residual for FrfComplex {
             let r = (h[i] - v.measured) / v.sd;
             (out[2 * i], out[2 * i + 1]) = (r.re, r.im);
         }
-        rows.common_of_parts.iter().for_each(|error| error.whiten(out));
+        rows.common_of_parts().into_iter().for_each(|error| error.whiten(out));
     }
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
@@ -52,7 +52,7 @@ impl Residual for FrfComplex {
                 (out[(2 * i, j)], out[(2 * i + 1, j)]) = (d.re, d.im);
             }
         }
-        if let Some(error) = &rows.common_of_parts {
+        if let Some(error) = rows.common_of_parts() {
             out.column_iter_mut().for_each(|mut column| error.whiten(column.as_mut_slice()));
         }
     }

@@ -40,7 +40,7 @@ impl Residual for FrfLog {
         {
             *o = (h.norm() / v.measured.norm()).ln() / v.relative_sd;
         }
-        rows.common_of_log.iter().for_each(|error| error.whiten(out));
+        rows.common_of_log().into_iter().for_each(|error| error.whiten(out));
     }
 
     fn differentiate(&self, at: &Point<'_>, _: &PredictionDerivative, out: &mut DMatrix<f64>) {
@@ -51,7 +51,7 @@ impl Residual for FrfLog {
                 out[(i, j)] = (h[i].conj() * slopes[(i, j)]).re / h[i].norm_sqr() / v.relative_sd;
             }
         }
-        if let Some(error) = &rows.common_of_log {
+        if let Some(error) = rows.common_of_log() {
             out.column_iter_mut().for_each(|mut column| error.whiten(column.as_mut_slice()));
         }
     }
