@@ -34,7 +34,7 @@ use super::assembly::{AffineMass, AffinePart, Basis, add_basis, symmetrise};
 use super::character::ModeCharacter;
 use super::dependence::{hold, interior_point};
 use super::dof_map::DofMap;
-use super::entry::Entry;
+use super::entry::{Entry, lower_entries};
 use super::mass_properties::MassProperties;
 use super::parameter::ParameterSet;
 use super::system::System;
@@ -228,25 +228,18 @@ impl<'a> ReducedModel<'a> {
         let n = self.full.dof_map().n_dof();
         let v = span.vectors();
         self.residual.extend(&v);
-        let entries = |projected: &DMatrix<f64>| -> Vec<Entry> {
-            (0..v.ncols())
-                .flat_map(|row| (0..=row).map(move |column| (row, column)))
-                .map(|(row, column)| Entry::new(row, column, projected[(row, column)]))
-                .filter(|e| e.value != 0.0)
-                .collect()
-        };
         let damping = |list: &[Entry]| -> Vec<Entry> {
             if list.is_empty() {
                 return Vec::new();
             }
             let a = SparseSym::from_triplets(n, list.iter().map(Entry::triplet));
-            entries(&a.on_basis(&v, n_rigid))
+            lower_entries(&a.on_basis(&v, n_rigid))
         };
         let mut reduced: Vec<Basis> =
             terms.bases().map(|b| Basis { damping: damping(&b.damping), ..Basis::default() }).collect();
         for (term, is_mass, projected) in self.residual.on_basis(&v) {
             let of = &mut reduced[term];
-            *if is_mass { &mut of.mass } else { &mut of.stiffness } = entries(&projected);
+            *if is_mass { &mut of.mass } else { &mut of.stiffness } = lower_entries(&projected);
         }
         let mut reduced = reduced.into_iter();
         let mut next = || reduced.next().unwrap_or_default();

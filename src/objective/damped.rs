@@ -23,6 +23,7 @@
 //! S. Adhikari, Rates of change of eigenvalues and eigenvectors in damped dynamic system, AIAA Journal 37(11), 1999; M. I. Friswell, J. E. Mottershead,
 //! Finite Element Model Updating in Structural Dynamics, 1995.
 
+use super::real_shapes::phase;
 use crate::linalg::{Complex, DMatrix, DVector};
 use crate::modal::Modes;
 use crate::model::Matrices;
@@ -293,10 +294,4 @@ impl Damped {
         }
         Some(out)
     }
-}
-
-/// e^{iα} that makes a shape as real as can be, with the sign that leaves a real one as it is.
-fn phase(z: &DVector<Complex<f64>>) -> Complex<f64> {
-    let square: Complex<f64> = z.iter().map(|v| v * v).sum();
-    if square.norm() > 0.0 { Complex::from_polar(1.0, -0.5 * square.arg()) } else { Complex::new(1.0, 0.0) }
 }

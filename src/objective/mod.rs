@@ -4,6 +4,7 @@
 //! cost (the paper's equation (4) does). Parameters reach an optimiser as x in the unit box, θ = lower + x (upper - lower).
 
 mod answering;
+mod answers;
 mod augmented;
 mod batch;
 mod close_modes;
@@ -31,7 +32,8 @@ mod static_loads;
 mod statics;
 mod walls;
 
-pub use answering::{Answering, Answers};
+pub use answering::Answering;
+pub use answers::Answers;
 pub use augmented::{Augmented, Wall};
 pub use batch::BatchPath;
 pub use comparison::Comparison;

@@ -1,6 +1,6 @@
 //! What a model predicts of a test: modes at the sensors, pairs with the measured modes, mass properties.
 
-use super::answering::Answers;
+use super::answers::Answers;
 use super::damped::Damped;
 use super::spaces::Turn;
 use crate::correlation::{ModePair, PairedModes};

@@ -1,6 +1,6 @@
 //! Frequency responses of a model at the lines and channels of a test, from K, M and C: over all vectors of the structure, or line by line.
 
-use super::answering::{Functions, Line};
+use super::answers::{Functions, Line};
 use super::common_error::CommonError;
 use super::prediction::Prediction;
 use super::starting_point::starting_point;

@@ -7,7 +7,7 @@ use crate::linalg::sparse::PencilFactor;
 use crate::modal::{self, ModalError, SolveOptions};
 use crate::model::assembly::{AffineMass, AffinePart, Basis};
 use crate::model::dof_map::DofMap;
-use crate::model::entry::Entry;
+use crate::model::entry::{Entry, lower_entries};
 use crate::model::{ModelError, ParametricModel};
 use crate::once::Once;
 use std::sync::Arc;
@@ -50,11 +50,7 @@ impl StandIn {
         let diagonal = |of: &dyn Fn(usize) -> f64| -> Vec<Entry> {
             (0..kept).map(|k| Entry::new(k, k, of(k))).filter(|e| e.value != 0.0).collect()
         };
-        let damping = system.damping.as_ref().map_or_else(Vec::new, |c| {
-            let c = y.tr_mul(&(c * &y));
-            let lower = (0..kept).flat_map(|row| (0..=row).map(move |column| (row, column)));
-            lower.map(|(row, column)| Entry::new(row, column, c[(row, column)])).filter(|e| e.value != 0.0).collect()
-        });
+        let damping = system.damping.as_ref().map_or_else(Vec::new, |c| lower_entries(&y.tr_mul(&(c * &y))));
         let of_parameters = model.parameters().len();
         let affine = AffinePart {
             constant: Basis {

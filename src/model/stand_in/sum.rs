@@ -4,7 +4,7 @@ use crate::linalg::{DMatrix, SymMatrix, tall_tr_mul};
 use crate::model::assembly::{AffineMass, AffinePart, Basis};
 use crate::model::connection::{Connection, place};
 use crate::model::dependence::Monomial;
-use crate::model::entry::Entry;
+use crate::model::entry::lower_entries;
 use crate::model::system::System;
 use crate::model::{ElementMatrices, Model, ParametricModel};
 use std::collections::BTreeMap;
@@ -87,12 +87,8 @@ impl Sum {
 
     /// The matrices, and the masses of the rigid motions, by term.
     pub(super) fn into_affine(self) -> (AffinePart, AffineMass) {
-        let entries = |a: &DMatrix<f64>| -> Vec<Entry> {
-            let lower = (0..a.nrows()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-            lower.map(|(row, column)| Entry::new(row, column, a[(row, column)])).filter(|e| e.value != 0.0).collect()
-        };
         let basis = |summed: &Summed| {
-            let [stiffness, mass, damping] = summed.matrices.each_ref().map(entries);
+            let [stiffness, mass, damping] = summed.matrices.each_ref().map(lower_entries);
             Basis { stiffness, mass, damping }
         };
         let rigid = |summed: &Option<Summed>| summed.as_ref().map_or_else(|| SymMatrix::zeros(6), |s| s.rigid.clone());
