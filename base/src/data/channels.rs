@@ -2,12 +2,16 @@
 
 use super::{Channel, Correction, FrfSet, Place, Sensor};
 use retune_linalg::Complex;
+use std::collections::BTreeSet;
 
 /// Cosine of two directions above which they are one, up to the sign.
 pub const PARALLEL: f64 = 1.0 - 1e-6;
 
+/// Characters of a name that a universal file has room for (dataset 58, record 6).
+const ROOM: usize = 10;
+
 /// The sensor that a channel is: of its name (`p3` of a channel is also the sensor `p3.z`), else on a node of its name; turned into the
-/// channel's direction.
+/// channel's direction. A name that a universal file has cut is the one node or sensor that begins with it.
 pub fn channel_sensor(channel: &Channel, sensors: &[Sensor]) -> Option<Sensor> {
     let on_axis = |s: &Sensor| channel.direction.is_none_or(|d| cosine(d, s.direction).abs() > PARALLEL);
     let is_named = |s: &Sensor| {
@@ -19,7 +23,21 @@ pub fn channel_sensor(channel: &Channel, sensors: &[Sensor]) -> Option<Sensor> {
     let found = candidates()
         .find(|s| is_named(s) && on_axis(s))
         .or_else(|| candidates().find(|s| is_named(s)))
-        .or_else(|| candidates().find(|s| stands_there(s)))?;
+        .or_else(|| candidates().find(|s| stands_there(s)))
+        .or_else(|| {
+            let is_cut = |name: &str| channel.name.chars().count() == ROOM && name.starts_with(&channel.name);
+            let on_nodes = |s: &Sensor| match &s.place {
+                Place::Node { node, .. } if is_cut(node) => Some(node.clone()),
+                _ => None,
+            };
+            let of_names = |s: &Sensor| is_cut(&s.name).then(|| s.name.clone());
+            let the_one = |of: &dyn Fn(&Sensor) -> Option<String>| {
+                let whole: BTreeSet<String> = candidates().filter_map(of).collect();
+                let own = || candidates().filter(|s| of(s).is_some());
+                own().find(|s| on_axis(s)).or_else(|| own().next()).filter(|_| whole.len() == 1)
+            };
+            the_one(&on_nodes).or_else(|| the_one(&of_names))
+        })?;
     Some(Sensor { direction: channel.direction.unwrap_or(found.direction), ..found.clone() })
 }
 
@@ -89,4 +107,32 @@ pub fn corrected_functions(mut set: FrfSet, sensors: &[Sensor], corrections: &[C
 /// a · b of two directions.
 pub fn cosine(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|i| a[i] * b[i]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read_test;
+    use super::*;
+
+    #[test]
+    fn a_name_that_a_universal_file_has_cut_is_the_one_that_begins_so() {
+        let text = "retune_test: 1\nname: t\nsensors:\n\
+                    \x20 corner_left.ux: {node: corner_left, direction: +x}\n\
+                    \x20 corner_left.uz: {node: corner_left, direction: +z}\n\
+                    \x20 quarter_left.uz: {node: quarter_left, direction: +z}\n\
+                    \x20 quarter_lean.uz: {node: quarter_lean, direction: +z}\n\
+                    \x20 accelerometer_7: {node: a, direction: +y}\n\
+                    sources: {made: {kind: synthetic, text: by hand}}\n\
+                    modes: [{frequency: 5 Hz, frequency_sd: 0.1 Hz, source: made}]\n";
+        let sensors = read_test(text).unwrap().0.sensors;
+        let found = |name: &str, direction: [f64; 3]| {
+            let channel = Channel { name: name.to_string(), direction: Some(direction) };
+            channel_sensor(&channel, &sensors).map(|s| s.name)
+        };
+        assert_eq!(found("corner_lef", [0.0, 0.0, 1.0]).as_deref(), Some("corner_left.uz"));
+        assert_eq!(found("accelerome", [0.0, 1.0, 0.0]).as_deref(), Some("accelerometer_7"));
+        // Two begin so, and a shorter name was not cut.
+        assert_eq!(found("quarter_le", [0.0, 0.0, 1.0]), None);
+        assert_eq!(found("corner", [1.0, 0.0, 0.0]), None);
+    }
 }
