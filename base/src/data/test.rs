@@ -381,6 +381,12 @@ impl TestData {
         !self.static_tests.is_empty() || self.frfs.is_some() && self.frf_fit.is_some()
     }
 
+    /// The same without its functions.
+    #[must_use]
+    pub fn without_functions(&self) -> Self {
+        Self { frfs: None, frf_fit: None, ..self.clone() }
+    }
+
     /// Whether there is nothing in it that a model could be compared with.
     pub fn has_nothing(&self) -> bool {
         self.modes.is_empty() && !self.has_more_than_modes()

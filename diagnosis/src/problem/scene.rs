@@ -416,7 +416,7 @@ impl Scene {
     pub(crate) fn without_functions(&self) -> Self {
         let mut scene = self.clone();
         for case in &mut scene.cases {
-            case.test = Arc::new(TestData { frfs: None, frf_fit: None, ..(*case.test).clone() });
+            case.test = Arc::new(case.test.without_functions());
         }
         scene
     }
