@@ -319,7 +319,7 @@ fn answers(
     let factor = PencilFactor::new(residual.factor().plan().clone(), &system.stiffness, &system.mass, shift);
     let factor = factor.map_err(modal::ModalError::from)?;
     let answers = span.of_unit_norm(&factor.solve(loads));
-    let mut columns: Vec<DVector<f64>> = answers.column_iter().map(|a| a.into_owned()).collect();
+    let mut columns: Vec<DVector<f64>> = answers.column_iter().map(nalgebra::Matrix::into_owned).collect();
     for p in full.parameters().free() {
         let Some([lower, upper]) = full.parameters().get(p).bounds else { continue };
         let slope = full.assemble_sparse_derivative(theta, p)?;

@@ -7,7 +7,7 @@
 //!
 //! Coordinates that a change brings are condensed at each line. So a change takes products of its own few rows.
 
-use super::answers::{Answers, Functions};
+use super::answers::{Answers, Functions, Parts};
 use super::comparison::Comparison;
 use super::prediction::Prediction;
 use super::statics::Static;
@@ -27,7 +27,8 @@ impl Answering {
             Some(rows) => Some(rows.answering(comparison.model(), theta, prediction)?),
             None => None,
         };
-        let statics = Static::new(comparison, prediction)?;
+        let has_statics = !comparison.test().static_tests.is_empty();
+        let statics = if has_statics { Some(Static::new(comparison, prediction)?) } else { None };
         (functions.is_some() || statics.is_some()).then_some(Self { functions, statics })
     }
 
@@ -48,7 +49,7 @@ impl Answering {
         &self,
         motion: &DMatrix<f64>,
         n_new: usize,
-        times: &dyn Fn(&DMatrix<f64>) -> [Option<DMatrix<f64>>; 3],
+        times: &dyn Fn(&DMatrix<f64>) -> Parts,
     ) -> Option<Answers> {
         let n_old = motion.nrows();
         let with_new = |x: DMatrix<f64>| x.resize_vertically(n_old + n_new, 0.0);

@@ -24,6 +24,9 @@ pub(super) struct Line {
 /// Motions under unit loads at all lines: real and imaginary part of each side by side, loads side by side, then lines, (n_dof x any number).
 pub(super) type Motions = DMatrix<f64>;
 
+/// Products of ΔK, ΔM and ΔC with some motions; `None` of one that does not change.
+pub type Parts = [Option<DMatrix<f64>>; 3];
+
 /// The functions of a test.
 #[derive(Debug)]
 pub(super) struct Functions {
@@ -44,7 +47,7 @@ impl Functions {
         &self,
         responses: &DMatrix<f64>,
         n_new: usize,
-        (forces, brought): (&[Option<DMatrix<f64>>; 3], &[Option<DMatrix<f64>>; 3]),
+        (forces, brought): (&Parts, &Parts),
         out: &mut [Complex<f64>],
     ) -> Option<()> {
         let n_old = responses.nrows();

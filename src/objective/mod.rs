@@ -33,7 +33,7 @@ mod statics;
 mod walls;
 
 pub use answering::Answering;
-pub use answers::Answers;
+pub use answers::{Answers, Parts};
 pub use augmented::{Augmented, Wall};
 pub use batch::BatchPath;
 pub use comparison::Comparison;

@@ -11,7 +11,7 @@ pub(super) fn phase(shape: &DVector<Complex<f64>>) -> Complex<f64> {
     if square.norm() > 0.0 { Complex::from_polar(1.0, -0.5 * square.arg()) } else { Complex::new(1.0, 0.0) }
 }
 
-/// Complex test shapes turned by the [`phase`] that makes them as real as can be, then their real parts.
+/// Complex test shapes turned by the phase that makes them as real as can be, half that of Σ ψ_k², then their real parts.
 pub fn real_shapes(test: &TestData) -> DMatrix<f64> {
     let n = test.sensors.len();
     let mut shapes = DMatrix::from_element(n, test.modes.len(), f64::NAN);

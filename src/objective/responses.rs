@@ -94,7 +94,7 @@ impl FrfRows {
                     let error = |mode: usize| damping.map(|d| d.of_value(hz, (reference, response), measured, mode));
                     let errors: Vec<Complex<f64>> = (0..n_errors).filter_map(error).collect();
                     // What is not linear in an error is the value's own.
-                    let beyond = 0.5 * size * errors.iter().map(|e| e.norm_sqr()).sum::<f64>();
+                    let beyond = 0.5 * size * errors.iter().map(Complex::norm_sqr).sum::<f64>();
                     let of_value = relative_sd * size.max(FLOOR * levels[band_of(hz)]);
                     let sd = of_value.hypot(random).hypot(beyond);
                     of_damping.extend(errors);

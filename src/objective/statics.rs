@@ -41,11 +41,8 @@ pub(super) struct Static {
 }
 
 impl Static {
-    /// `Some(None)` without static tests; `None` where K has no inverse.
-    pub(super) fn new(comparison: &Comparison<'_>, prediction: &Prediction) -> Option<Option<Self>> {
-        if comparison.test().static_tests.is_empty() {
-            return Some(None);
-        }
+    /// `None` where K has no inverse.
+    pub(super) fn new(comparison: &Comparison<'_>, prediction: &Prediction) -> Option<Self> {
         let factor = comparison.solver().factor(comparison.model(), &prediction.matrices).ok()?;
         let sensors = comparison.sensors_of(prediction);
         let (of_test, rows): (Vec<usize>, Vec<usize>) =
@@ -53,7 +50,7 @@ impl Static {
         let moved = factor.solve(comparison.loads());
         let reading = factor.solve(&sensors.select_rows(&rows).transpose());
         let readings = static_readings(comparison, prediction);
-        Some(Some(Self { readings, of_test, moved, reading }))
+        Some(Self { readings, of_test, moved, reading })
     }
 
     /// Adds -λ · f to readings.

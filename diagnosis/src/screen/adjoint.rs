@@ -290,7 +290,7 @@ impl Adjoint {
             Vec::new()
         };
         let mounted = case.test.sensors.iter().enumerate().filter_map(|(i, s)| Mounted::new(model, i, s)).collect();
-        let answering = case.stand_in.clone().and_then(|s| Some((Answering::new(comparison, &all, &prediction)?, s)));
+        let answering = case.stand_in.clone().and_then(|s| Some((Answering::new(comparison, all, &prediction)?, s)));
         Ok(Self { prediction, modes, answers, ratios, theta, mass, mounted, answering })
     }
 

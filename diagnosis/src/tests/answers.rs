@@ -104,7 +104,7 @@ fn changes_of_answers_are_those_of_differences() {
                 continue;
             }
             compared += 1;
-            let error = (&own - &other).norm() / other.norm();
+            let error = (own - &other).norm() / other.norm();
             assert!(error < 0.3, "{}: {error}", screened.candidate.id());
             if error > 0.02 {
                 wrong.push(format!("{}: {error:.4} of {:.2e}", screened.candidate.id(), other.norm()));

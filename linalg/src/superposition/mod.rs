@@ -93,7 +93,7 @@ impl<'a> Superposition<'a> {
         2.0 * n * all + if is_known { 0.0 } else { DECOMPOSITION * n.powi(3) }
     }
 
-    /// Solves for the responses at all lines; `None` where dashpots couple too much of the structure, see [`Damping::split`].
+    /// Solves for the responses at all lines; `None` where dashpots hold more than 48 dofs, or are more than a dozen.
     ///
     /// * `basis` - all vectors of K and M, (n)
     /// * `matrices` - K, M and C, (n x n)
@@ -162,7 +162,7 @@ impl<'a> Superposition<'a> {
                 -rows[(k, i)] * references[(k, j)] * of.loss_factor * (1.0 - sigma * self.theta(k))
             };
             let columns = self.columns(|_, g| Complex::new(0.0, 1.0) * g * g);
-            self.add(&columns, &self.coefficients(share), &mut sums);
+            add(&columns, &self.coefficients(share), &mut sums);
         }
         self.seen(&sums, |at, extended| {
             let [u, v] = &self.coupled[at.0];
@@ -199,10 +199,6 @@ impl<'a> Superposition<'a> {
         out
     }
 
-    fn add(&self, columns: &DMatrix<f64>, coefficients: &DMatrix<f64>, sums: &mut DMatrix<f64>) {
-        sums.gemm(1.0, columns, coefficients, 1.0);
-    }
-
     /// Values of the functions by sums over the loads of them and of the dashpots.
     ///
     /// * `coupled` - of a line and a function, where there are dashpots
@@ -232,7 +228,7 @@ impl<'a> Superposition<'a> {
     fn solve(&mut self) {
         let [rows, references] = &self.loads;
         let mut sums = DMatrix::zeros(2 * self.lines.len(), self.loads[0].ncols() * self.loads[1].ncols());
-        self.add(&self.columns(|_, g| g), &self.coefficients(|k, i, j| rows[(k, i)] * references[(k, j)]), &mut sums);
+        add(&self.columns(|_, g| g), &self.coefficients(|k, i, j| rows[(k, i)] * references[(k, j)]), &mut sums);
         let (lines, [s, b]) = (self.lines.len(), self.shape);
         let n_rows = self.loads[0].ncols();
         let dashpots = self.damping.values.len();
@@ -305,16 +301,16 @@ impl<'a> Superposition<'a> {
                     alpha[(j, f)] -= (x[i] * y[j] + x[j] * y[i]) * at(&elastic, i, j);
                 });
             }
-            self.add(&self.columns(|_, g| g), &alpha, sums);
+            add(&self.columns(|_, g| g), &alpha, sums);
             let beta = along(&equal(&slope));
-            self.add(&self.columns(|line, g| line.c * g * g), &beta, sums);
+            add(&self.columns(|line, g| line.c * g * g), &beta, sums);
             self.add_close(&slope, |line| line.c, sums);
         }
         if damping.is_some() {
             let slope = |i: usize, j: usize| at(&damping, i, j);
-            self.add(&self.columns(|line, g| line.i_omega() / line.c * g), &across(&apart(&slope)), sums);
-            self.add(&self.columns(|line, g| line.i_omega() * g * g), &along(&equal(&slope)), sums);
-            self.add_close(&slope, |line| line.i_omega(), sums);
+            add(&self.columns(|line, g| line.i_omega() / line.c * g), &across(&apart(&slope)), sums);
+            add(&self.columns(|line, g| line.i_omega() * g * g), &along(&equal(&slope)), sums);
+            self.add_close(&slope, Line::i_omega, sums);
         }
     }
 
@@ -382,8 +378,13 @@ impl<'a> Superposition<'a> {
         for (p, &(i, j)) in moving.iter().enumerate() {
             self.each_function(|f, x, y| coefficients[(p, f)] = -(x[i] * y[j] + x[j] * y[i]) * slope(i, j));
         }
-        self.add(&columns, &coefficients, sums);
+        add(&columns, &coefficients, sums);
     }
+}
+
+/// Adds what vectors do at every line.
+fn add(columns: &DMatrix<f64>, coefficients: &DMatrix<f64>, sums: &mut DMatrix<f64>) {
+    sums.gemm(1.0, columns, coefficients, 1.0);
 }
 
 #[cfg(test)]

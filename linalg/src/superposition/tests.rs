@@ -53,7 +53,7 @@ impl Chains {
 
 fn rows(n: usize) -> [DMatrix<f64>; 2] {
     let of = |count: usize, seed: usize| {
-        DMatrix::from_fn(count, n, |i, j| if (i * 7 + j * 3 + seed) % 4 == 0 { 1.0 + i as f64 } else { 0.0 })
+        DMatrix::from_fn(count, n, |i, j| if (i * 7 + j * 3 + seed).is_multiple_of(4) { 1.0 + i as f64 } else { 0.0 })
     };
     [of(3, 0), of(2, 1)]
 }

@@ -50,7 +50,7 @@ impl<'a> ChangeAt<'a> {
     ///
     /// * `x` - motions of its rows, (rows x any number)
     pub fn times(&self, x: &DMatrix<f64>) -> [Option<DMatrix<f64>>; 2] {
-        self.sums(x, |part, x| part.times(x))
+        self.sums(x, PartAt::times)
     }
 
     /// ΔC x on its rows; `None` where it has none. Superelements damp nothing here.
@@ -64,7 +64,7 @@ impl<'a> ChangeAt<'a> {
     fn sums<const N: usize>(
         &self,
         x: &DMatrix<f64>,
-        of: impl Fn(&PartAt<'_>, &DMatrix<f64>) -> [Option<DMatrix<f64>>; N],
+        of: impl Fn(&PartAt<'a>, &DMatrix<f64>) -> [Option<DMatrix<f64>>; N],
     ) -> [Option<DMatrix<f64>>; N] {
         let mut sums = [const { None }; N];
         for part in &self.parts {
