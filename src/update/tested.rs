@@ -80,8 +80,8 @@ fn settle_loss_factor(model: &Model, test: &mut TestData) -> Option<String> {
     fit.damping_error = error.map(Arc::new);
     Some(match usual {
         Some([eta, sd]) => format!(
-            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios, by which each mode may be off as \
-             these scatter, {:.0} %",
+            "frfs: no `loss_factor` is given, and the model has no damping: {} is taken, twice the median of the measured damping ratios; that of \
+             a mode may differ from it by {:.0} %, as these scatter",
             four_digits(eta),
             1e2 * sd
         ),
