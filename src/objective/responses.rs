@@ -157,6 +157,15 @@ impl FrfRows {
         prediction.responses.get_or_find(|| self.evaluate(model, theta, prediction, None).0)
     }
 
+    /// The values at each line: number, response, reference.
+    fn at_line(&self) -> Vec<Vec<[usize; 3]>> {
+        let mut at_line = vec![Vec::new(); self.lines_hz.len()];
+        for (i, v) in self.values.iter().enumerate() {
+            at_line[v.line].push([i, v.response, v.reference]);
+        }
+        at_line
+    }
+
     /// The model's values, and how it moves at every line; `None` where Z has no inverse.
     pub(super) fn answering(
         &self,
@@ -175,7 +184,7 @@ impl FrfRows {
         let mut motions = rows.map(|rows| DMatrix::zeros(n, 2 * rows.nrows() * self.lines_hz.len()));
         let mut is_solved = true;
         lines
-            .sweep(&right, |line, x| {
+            .sweep(&mut lines.stiffness(), &right, |line, x| {
                 let Some(x) = x else {
                     is_solved = false;
                     return;
@@ -193,17 +202,13 @@ impl FrfRows {
         let line = |hz: &f64| Line {
             omega: TAU * hz,
             strained: Complex::new(1.0, loss_factor),
-            power: Complex::new(0.0, TAU * hz).powi(self.order),
+            power: power(*hz, self.order),
         };
-        let mut at_line = vec![Vec::new(); self.lines_hz.len()];
-        for (i, v) in self.values.iter().enumerate() {
-            at_line[v.line].push([i, v.response, v.reference]);
-        }
         is_solved.then(|| Functions {
             lines: self.lines_hz.iter().map(line).collect(),
             motions,
             values: self.values_of(model, theta, prediction).to_vec(),
-            at_line,
+            at_line: self.at_line(),
         })
     }
 
@@ -241,10 +246,10 @@ impl FrfRows {
         let known = prediction.modes.basis.as_deref();
         let take = |at: &FrfValue, all: &[Complex<f64>]| {
             let of_line = at.line * self.references.nrows() + at.reference;
-            let power = Complex::new(0.0, TAU * self.lines_hz[at.line]).powi(self.order);
-            power * all[of_line * self.responses.nrows() + at.response]
+            power(self.lines_hz[at.line], self.order) * all[of_line * self.responses.nrows() + at.response]
         };
-        let found = superposed(&lines, rows, known, |all| {
+        let mut stiffness = lines.stiffness();
+        let found = superposed(&lines, &stiffness, rows, known, |all| {
             h.iter_mut().zip(&self.values).for_each(|(h, v)| *h = take(v, all.responses()));
             for (mut column, d) in slopes.column_iter_mut().zip(&derivatives) {
                 let Some(d) = d else { continue };
@@ -255,8 +260,7 @@ impl FrfRows {
         if found.is_some() {
             return (h, slopes);
         }
-        let mut of_line: Vec<Vec<usize>> = vec![Vec::new(); self.lines_hz.len()];
-        self.values.iter().enumerate().for_each(|(v, value)| of_line[value.line].push(v));
+        let at_line = self.at_line();
         // Z is symmetric: one factorisation gives Z⁻¹ B and, for derivatives, Z⁻¹ Sᵀ.
         let n_references = self.references.nrows();
         let n_responses = if free.is_empty() { 0 } else { self.responses.nrows() };
@@ -264,14 +268,13 @@ impl FrfRows {
             if j < n_references { self.references[(j, i)] } else { self.responses[(j - n_references, i)] }
         });
         let mut force = Vec::new();
-        let swept = lines.sweep(&right, |line, x| {
+        let swept = lines.sweep(&mut stiffness, &right, |line, x| {
             let Some(x) = x else { return };
             let omega = TAU * self.lines_hz[line];
-            let power = Complex::new(0.0, omega).powi(self.order);
-            for &v in &of_line[line] {
-                let value = &self.values[v];
-                let own = self.responses.row(value.response);
-                let sum: Complex<f64> = own.iter().zip(x.column(value.reference).iter()).map(|(s, x)| x * *s).sum();
+            let power = power(self.lines_hz[line], self.order);
+            for &[v, response, reference] in &at_line[line] {
+                let own = self.responses.row(response);
+                let sum: Complex<f64> = own.iter().zip(x.column(reference).iter()).map(|(s, x)| x * *s).sum();
                 h[v] = power * sum;
             }
             for (j, d) in derivatives.iter().enumerate() {
@@ -279,14 +282,13 @@ impl FrfRows {
                 forces(d, x, n_references, (omega, loss_factor), &mut force);
                 // ∂Z = i η' K of the ratio of every mode.
                 let strained = (d.loss_factor != 0.0).then(|| strained(&system.stiffness, x, n_references));
-                for &v in &of_line[line] {
-                    let value = &self.values[v];
-                    let y = x.column(n_references + value.response);
-                    let own = force.iter().skip(value.reference).step_by(n_references);
+                for &[v, response, reference] in &at_line[line] {
+                    let y = x.column(n_references + response);
+                    let own = force.iter().skip(reference).step_by(n_references);
                     let mut sum: Complex<f64> = d.rows.iter().zip(own).map(|(&i, f)| y[i] * f).sum();
                     if let Some(strained) = &strained {
                         let all: Complex<f64> =
-                            y.iter().zip(strained.column(value.reference).iter()).map(|(y, f)| y * f).sum();
+                            y.iter().zip(strained.column(reference).iter()).map(|(y, f)| y * f).sum();
                         sum += Complex::new(0.0, d.loss_factor) * all;
                     }
                     slopes[(v, j)] = -power * sum;
@@ -299,6 +301,11 @@ impl FrfRows {
         }
         (h, slopes)
     }
+}
+
+/// (iω)^order.
+fn power(hz: f64, order: i32) -> Complex<f64> {
+    Complex::new(0.0, TAU * hz).powi(order)
 }
 
 /// A structure at the lines of a test.
@@ -316,20 +323,23 @@ impl Lines<'_> {
     /// Z⁻¹ of right-hand sides at every line, see [`DynamicStiffness::sweep`].
     fn sweep(
         &self,
+        stiffness: &mut DynamicStiffness,
         right: &DMatrix<f64>,
         each: impl FnMut(usize, Option<&DMatrix<Complex<f64>>>),
     ) -> Result<(), LinalgError> {
         let omegas: Vec<f64> = self.hz.iter().map(|f| TAU * f).collect();
-        self.stiffness().sweep(&omegas, self.loss_factor, right, each)
+        stiffness.sweep(&omegas, self.loss_factor, right, each)
     }
 }
 
 /// Tells of the responses by superposition over all vectors; `None` where a solution line by line takes less, or where dashpots couple too much.
 ///
+/// * `line_by_line` - what would be swept
 /// * `rows` - of the responses and of the references
 /// * `known` - the vectors, where modes were solved by them
 fn superposed(
     lines: &Lines<'_>,
+    line_by_line: &DynamicStiffness,
     rows: [&DMatrix<f64>; 2],
     known: Option<&ShiftedPencil>,
     tell: impl FnOnce(&Superposition<'_>),
@@ -337,7 +347,7 @@ fn superposed(
     let System { stiffness, mass, damping } = lines.system;
     let (n, functions) = (stiffness.nrows(), rows[0].nrows() * rows[1].nrows());
     let by_vectors = Superposition::multiplications(n, lines.hz.len(), functions, known.is_some());
-    if by_vectors > lines.stiffness().multiplications(lines.hz.len(), rows[1].nrows()) {
+    if by_vectors > line_by_line.multiplications(lines.hz.len(), rows[1].nrows()) {
         return None;
     }
     let own;
@@ -426,20 +436,20 @@ pub(crate) fn direct_responses(
     let nan = Complex::new(f64::NAN, f64::NAN);
     let per_line = responses.nrows() * references.nrows();
     let mut h = vec![nan; lines_hz.len() * per_line];
-    let power_of = |line: usize| Complex::new(0.0, TAU * lines_hz[line]).powi(order);
     let lines = Lines { system, hz: lines_hz, loss_factor };
-    let found = superposed(&lines, [responses, references], None, |all| {
+    let mut stiffness = lines.stiffness();
+    let found = superposed(&lines, &stiffness, [responses, references], None, |all| {
         for (line, (to, from)) in h.chunks_mut(per_line).zip(all.responses().chunks(per_line)).enumerate() {
-            let power = power_of(line);
+            let power = power(lines_hz[line], order);
             to.iter_mut().zip(from).for_each(|(to, from)| *to = power * from);
         }
     });
     if found.is_some() {
         return Ok(h);
     }
-    lines.sweep(&references.transpose(), |line, x| {
+    lines.sweep(&mut stiffness, &references.transpose(), |line, x| {
         let Some(x) = x else { return };
-        let power = power_of(line);
+        let power = power(lines_hz[line], order);
         let cells = h[line * per_line..][..per_line].chunks_mut(responses.nrows());
         for (cells, x) in cells.zip(x.column_iter()) {
             for (cell, row) in cells.iter_mut().zip(responses.row_iter()) {
