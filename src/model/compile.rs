@@ -510,6 +510,11 @@ impl ParametricModel for Model {
         Ok(MassProperties::of_a_body(&self.rigid_mass(theta)?))
     }
 
+    fn mass_properties_beside(&self, theta: &[f64], others: &[(usize, f64)]) -> Vec<Option<MassProperties>> {
+        let of = |rigid: Option<_>| MassProperties::of_a_body(&rigid?);
+        self.rigid_masses_beside(theta, others).into_iter().map(of).collect()
+    }
+
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
         let theta = interior_point(&self.parameters);
         self.part_at(element, fraction).map(|(part, within)| self.interpolate(part, within, &theta)).transpose()
@@ -527,6 +532,11 @@ impl ParametricModel for Model {
 
     fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
         self.node_moved(node, theta, None)
+    }
+
+    fn has_nodes_moved_by(&self, j: usize) -> bool {
+        self.elastic_supports.as_ref().is_some_and(|s| s.depends_on(j))
+            || self.moved.values().any(|motion| motion.depends_on(&[j]))
     }
 
     fn element_names(&self) -> Vec<&str> {

@@ -171,6 +171,18 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Ok(None)
     }
 
+    /// [`Self::mass_properties`] with one value of θ exchanged at a time, `None` where there are none. By default through it.
+    ///
+    /// * `others` - parameters, and the values that they have instead
+    fn mass_properties_beside(&self, theta: &[f64], others: &[(usize, f64)]) -> Vec<Option<MassProperties>> {
+        let beside = |&(j, value): &(usize, f64)| {
+            let mut other = theta.to_vec();
+            other[j] = value;
+            self.mass_properties(&other).ok().flatten()
+        };
+        others.iter().map(beside).collect()
+    }
+
     /// How a point of an element moves; `None` if the model has no element of that name.
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
         let _ = (element, fraction);
@@ -195,6 +207,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
     fn node_at(&self, node: usize, theta: &[f64]) -> Result<Option<PointMotion>, ModelError> {
         let _ = (node, theta);
         Ok(None)
+    }
+
+    /// Whether [`Self::node_at`] may depend on parameter `j`; a model that does not tell is asked by differences.
+    fn has_nodes_moved_by(&self, j: usize) -> bool {
+        let _ = j;
+        true
     }
 
     /// Names that [`Self::point`] knows.

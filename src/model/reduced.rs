@@ -383,6 +383,10 @@ impl ParametricModel for ReducedModel<'_> {
         self.full.mass_properties(theta)
     }
 
+    fn mass_properties_beside(&self, theta: &[f64], others: &[(usize, f64)]) -> Vec<Option<MassProperties>> {
+        self.full.mass_properties_beside(theta, others)
+    }
+
     fn point(&self, element: &str, fraction: f64) -> Result<Option<PointMotion>, ModelError> {
         Ok(self.full.point(element, fraction)?.map(|m| self.on_basis(&m)))
     }

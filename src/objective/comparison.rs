@@ -1,5 +1,7 @@
 //! A model and a test made comparable: sensors as rows, real test shapes, which modes to compute, and what is predicted of them.
 
+mod sensor_rows;
+
 use super::EvalError;
 use super::close_modes::{Closeness, DOUBLE, Measured, clusters, seen, turn};
 use super::damped::Damped;
@@ -13,9 +15,9 @@ use super::starting_point::starting_point;
 use super::static_loads::loads;
 use crate::correlation::{
     CorrelationError, ModeList, PairedModes, PairingOptions, Plan, hide_unseen, mac_matrix, observation_matrix,
-    observation_matrix_at, pair_alike_modes, varying_sensors,
+    pair_alike_modes, varying_sensors,
 };
-use crate::data::{Sensor, Standing, TestData, TestMode, family_of_label};
+use crate::data::{Standing, TestData, TestMode, family_of_label};
 use crate::linalg::DMatrix;
 use crate::modal::{ModeDerivative, Modes};
 use crate::model::{MOST_DENSE_DOFS, Matrices, ModalSolver, ModelError, ParametricModel, family, symmetry_index};
@@ -372,59 +374,6 @@ impl<'a> Comparison<'a> {
             &self.pairing,
             &self.plans,
         )
-    }
-
-    /// The observation matrix at θ.
-    pub(crate) fn sensors_at(&self, theta: &[f64]) -> Result<Cow<'_, DMatrix<f64>>, EvalError> {
-        if self.varying.is_empty() {
-            return Ok(Cow::Borrowed(&self.sensors));
-        }
-        let mut sensors = self.sensors.clone();
-        let rows = self.varying_rows(theta)?;
-        self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| sensors.set_row(i, &row));
-        Ok(Cow::Owned(sensors))
-    }
-
-    /// The rows that depend on θ.
-    fn varying_rows(&self, theta: &[f64]) -> Result<DMatrix<f64>, EvalError> {
-        let sensors: Vec<Sensor> = self.varying.iter().map(|&i| self.test.sensors[i].clone()).collect();
-        let rows = observation_matrix_at(self.model, &sensors, theta);
-        rows.map_err(|e| EvalError::Unsolvable { reason: e.to_string() })
-    }
-
-    /// The observation matrix of a prediction.
-    pub(super) fn sensors_of<'b>(&'b self, prediction: &'b Prediction) -> &'b DMatrix<f64> {
-        prediction.sensors.as_ref().unwrap_or(&self.sensors)
-    }
-
-    /// Derivatives of the whole matrix, by differences; none where it does not depend on θ.
-    pub(super) fn slopes_of_sensors(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
-        if self.varying.is_empty() {
-            return Ok(Vec::new());
-        }
-        let whole = |rows: DMatrix<f64>| {
-            let mut all = DMatrix::zeros(self.sensors.nrows(), self.sensors.ncols());
-            self.varying.iter().zip(rows.row_iter()).for_each(|(&i, row)| all.set_row(i, &row));
-            all
-        };
-        Ok(self.slopes_of_rows(theta, free)?.into_iter().map(whole).collect())
-    }
-
-    /// Derivatives of these rows, by differences inside the bounds: smooth functions, and a step of 1e-6 of the interval.
-    fn slopes_of_rows(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
-        let slope = |&j: &usize| {
-            let p = self.model.parameters().get(j);
-            let [lower, upper] = p.bounds.unwrap_or([theta[j] - p.value.abs(), theta[j] + p.value.abs()]);
-            let step = 1e-6 * (upper - lower).max(f64::MIN_POSITIVE);
-            let at = |value: f64| {
-                let mut moved = theta.to_vec();
-                moved[j] = value;
-                self.varying_rows(&moved)
-            };
-            let (below, above) = ((theta[j] - step).max(lower), (theta[j] + step).min(upper));
-            Ok((at(above)? - at(below)?) / (above - below))
-        };
-        free.iter().map(slope).collect()
     }
 
     /// The test shapes, or some of them, to which those of the model are turned.

@@ -29,22 +29,18 @@ pub(super) fn difference(at: &Point<'_>, out: &mut DMatrix<f64>, rows: impl Fn(&
     if n == 0 {
         return;
     }
-    for (column, (&j, width)) in at.scaling.free().iter().zip(at.scaling.slopes(at.theta)).enumerate() {
-        if !model.has_mass_of(j) {
-            out.column_mut(column).fill(0.0);
-            continue;
-        }
-        let step = 1e-6 * width;
-        let shifted = |sign: f64| {
-            let mut theta = at.theta.to_vec();
-            theta[j] += sign * step;
-            let mut r = vec![0.0; n];
-            if let Ok(Some(p)) = model.mass_properties(&theta) {
-                rows(&p, &mut r);
-            }
-            r
-        };
-        let (above, below) = (shifted(1.0), shifted(-1.0));
+    out.fill(0.0);
+    let slopes = at.scaling.slopes(at.theta);
+    let moved = at.scaling.free().iter().zip(slopes).enumerate().filter(|(_, (j, _))| model.has_mass_of(**j));
+    let steps: Vec<(usize, usize, f64)> = moved.map(|(column, (&j, width))| (column, j, 1e-6 * width)).collect();
+    let both = |&(_, j, step): &(usize, usize, f64)| [at.theta[j] + step, at.theta[j] - step].map(|value| (j, value));
+    let others: Vec<(usize, f64)> = steps.iter().flat_map(both).collect();
+    let properties = model.mass_properties_beside(at.theta, &others);
+    let [mut above, mut below] = [vec![0.0; n], vec![0.0; n]];
+    for (&(column, _, step), beside) in steps.iter().zip(properties.chunks_exact(2)) {
+        let [Some(p), Some(q)] = beside else { continue };
+        rows(p, &mut above);
+        rows(q, &mut below);
         for i in 0..n {
             out[(i, column)] = (above[i] - below[i]) / (2.0 * step);
         }
