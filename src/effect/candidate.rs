@@ -124,8 +124,16 @@ pub fn candidates_in(tested: &[Configured<'_>], effects: &Effects) -> Vec<Candid
     placed(tested, &structures, effects, |_, _| true)
 }
 
-/// Every effect at the wider places of a structure: a few successive elements, ends that give about both axes of bending, nodes with all
-/// axes.
+/// Every effect at one place of a structure, in any direction and configuration.
+///
+/// * `names` - all of the names that the place has
+pub fn candidates_at_place(tested: &[Configured<'_>], effects: &Effects, names: &[String]) -> Vec<Candidate> {
+    let structures: Vec<Structure<'_>> = tested.iter().map(|c| Structure::new(c.model, c.context)).collect();
+    placed(tested, &structures, effects, |_, at| at.names == names)
+}
+
+/// Every effect at the wider places of a structure: a few successive elements, ends that give about both axes of bending or in all
+/// directions, nodes with all axes.
 ///
 /// * `near` - names of nodes, elements, members, spans or ends of which a place has to have a node or an element; none for all places
 pub fn candidates_on_wider_places(

@@ -1,13 +1,14 @@
 //! The patch of every effect that puts a spring between a member's end and its node.
 
 use super::edit::PatchError;
-use super::location::{BENDING, Location};
+use super::location::{ALL_AXES, BENDING, Location};
 use super::patch::{Builder, Patch, entry};
-use super::structure::Structure;
+use super::structure::{Joint, Structure};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
 
-/// A compliance at the ends that a location names, in the direction that it names; two for both directions of bending.
+/// A compliance at the ends that a location names, in the direction that it names; two for both directions of bending, and one for
+/// each in which a support holds the end for all of them.
 ///
 /// Typical is a twentieth of the member's own compliance as a cantilever in that direction: L/EI, L/GJ, L³/(3 EI), L/EA; or of what is soft for
 /// the whole structure, where that is more and `least` says so.
@@ -18,12 +19,14 @@ pub(super) fn flexible_end(
     least: impl Fn(Dof) -> f64,
 ) -> Result<Patch, PatchError> {
     let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
+    let ends = at.names.iter().map(|n| structure.end(n).ok_or_else(unknown)).collect::<Result<Vec<_>, _>>()?;
+    let first = ends.first().ok_or_else(unknown)?;
+    let is_held = |dof: &Dof| first.joint[*dof as usize] == Some(Joint::Root);
     let dofs = match at.direction() {
+        ALL_AXES => Dof::ALL.into_iter().filter(is_held).collect(),
         BENDING => vec![Dof::Ry, Dof::Rz],
         dof => vec![Dof::from_name(dof).ok_or_else(unknown)?],
     };
-    let ends = at.names.iter().map(|n| structure.end(n).ok_or_else(unknown)).collect::<Result<Vec<_>, _>>()?;
-    let first = ends.first().ok_or_else(unknown)?;
     let r = structure.rigidity(&structure.member_of(first.element).ok_or_else(unknown)?.elements);
     let (l, [eiy, eiz]) = (r.length, r.ei);
     let mut b = Builder::new(effect, at);

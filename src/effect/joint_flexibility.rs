@@ -24,7 +24,8 @@ impl Effect for JointFlexibility {
             signature: "Lowers modes with a large moment at the joint; shapes show a jump of slope (or twist) there.",
             formulation: "The end of one member is joined to the node by a rotational spring of compliance c about one of \
                     its axes, condensed exactly; c = 0 leaves it. Where two members meet, the joint is at the end \
-                    of the first; where more meet, at each.",
+                    of the first; where more meet, at each. Also both ends of a member alike, `brace:a+brace:b.ry`: a \
+                    brace that is bolted where the model welds it.",
             confusable: &[
                 "bending-stiffness-change",
                 "torsion-stiffness-change",
@@ -39,7 +40,10 @@ impl Effect for JointFlexibility {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        structure.end_places(Joint::Member, &[Dof::Rx, Dof::Ry, Dof::Rz])
+        let mut all = structure.end_places(Joint::Member, &[Dof::Rx, Dof::Ry, Dof::Rz]);
+        // Twist gives alike at either end: both together are as one.
+        all.extend(structure.both_ends(Joint::Member, &[Dof::Ry, Dof::Rz]));
+        all
     }
 
     fn patch(&self, structure: &Structure<'_>, at: &Location) -> Result<Patch, PatchError> {

@@ -48,7 +48,7 @@ pub const BASE: &str = "base";
 
 /// The direction of an end that gives about both axes of bending.
 pub(super) const BENDING: &str = "bending";
-/// The direction of a node where an effect acts along, or about, every axis that it can, with a size for each.
+/// The direction of a node or an end where an effect acts along, or about, every axis that it can, with a size for each.
 pub(super) const ALL_AXES: &str = "all_axes";
 
 impl Location {
@@ -62,17 +62,20 @@ impl Location {
         Self::new(LocationKind::Whole, Vec::new())
     }
 
-    /// Whether it is ends that give about both axes of bending, or nodes with all axes, and the other is the same with one of them.
+    /// Whether it is ends that give about both axes of bending, or nodes or ends with all axes, and the other is the same with some of them.
     pub fn has_more_axes_than(&self, other: &Self) -> bool {
         let has_its_axis = match self.direction() {
             BENDING => matches!(other.direction(), "ry" | "rz"),
-            ALL_AXES => Dof::from_name(other.direction()).is_some() || AXES.contains(&other.direction()),
+            ALL_AXES => {
+                let axis = other.direction();
+                axis == BENDING || Dof::from_name(axis).is_some() || AXES.contains(&axis)
+            }
             _ => false,
         };
         has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
-    /// Whether it is nodes with all axes.
+    /// Whether it is nodes or ends with all axes.
     pub fn has_all_axes(&self) -> bool {
         self.direction() == ALL_AXES
     }

@@ -74,7 +74,9 @@ mod thickness_change;
 mod timoshenko;
 mod torsion_stiffness_change;
 
-pub use candidate::{Candidate, Configured, Patched, candidates, candidates_in, candidates_on_wider_places};
+pub use candidate::{
+    Candidate, Configured, Patched, candidates, candidates_at_place, candidates_in, candidates_on_wider_places,
+};
 pub use edit::{Edit, NewParameter, PatchError};
 pub use location::{BASE, Location, LocationKind};
 pub use patch::Patch;

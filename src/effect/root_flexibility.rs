@@ -7,7 +7,7 @@ use super::patch::{Builder, Patch, entry, node_or_nodes, of_unit, round};
 use super::structure::{Joint, Structure};
 use super::{About, Belongs, Effect};
 use crate::element::Dof;
-use crate::model::spec::SupportSpec;
+use crate::model::spec::{Named, SupportSpec};
 
 #[doc = "A clamp, bearing or root that the model has as rigid and that gives in one direction."]
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,8 @@ impl Effect for RootFlexibility {
                     K - c K e eᵀ K/(1 + c eᵀ K e), by `end1_compliance_ry` and so on in the member's axes; c = 0 \
                     leaves it, c of several L/EI is a hinge. Where a member goes on over the support, or several members meet \
                     there, the support itself stands on the spring: `supports: {...: {node: n, fixed: [], compliance: {uz: c}}}`, \
-                    along global axes, u = -c/(1 + c K_uu) K_uq q. Of a mesh also a stretch of a support, `clamp~n81~12`, the \
+                    along global axes, u = -c/(1 + c K_uu) K_uq q. A footing that settles and rocks gives in all directions \
+                    that are held, `column:foot.all_axes`, each by a compliance of its own. Of a mesh also a stretch of a support, `clamp~n81~12`, the \
                     twelve of its nodes that are nearest to n81, in all directions that it holds: a clamp that is open there.",
             confusable: &[
                 "stiffness-change",
@@ -64,14 +65,21 @@ impl Effect for RootFlexibility {
             return flexible_end(self.name(), structure, at, soft);
         }
         let mut b = Builder::new(self.name(), at);
-        let dof = Dof::from_name(at.direction());
-        let dof = dof.ok_or_else(|| PatchError::unknown_place(self.name(), &at.to_string(), &[]))?;
-        let soft = soft(dof);
-        let about = format!("compliance of the support at {} in {dof}", at.place());
-        let c = b.parameter("compliance", dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+        let dofs = structure.axes_at(at, &Dof::ALL, |n, dof| structure.is_shared_support(n, dof));
+        if dofs.is_empty() {
+            return Err(PatchError::unknown_place(self.name(), &at.to_string(), &[]));
+        }
+        let mut compliance = Named::new();
+        for dof in &dofs {
+            let soft = soft(*dof);
+            let name = if dofs.len() > 1 { format!("compliance_{dof}") } else { "compliance".to_string() };
+            let about = format!("compliance of the support at {} in {dof}", at.place());
+            let c = b.parameter(&name, dof.compliance_unit(), 0.05 * soft, [0.0, 50.0 * soft], &about);
+            compliance.extend(entry(dof.name(), &c));
+        }
         let (node, nodes) = node_or_nodes(&at.names);
         let name = b.stem().to_string();
-        let spring = SupportSpec { node, nodes, fixed: Some(Vec::new()), compliance: entry(at.direction(), &c) };
+        let spring = SupportSpec { node, nodes, fixed: Some(Vec::new()), compliance };
         b.edit(Edit::AddSupport { name, entry: spring });
         Ok(b.finish())
     }

@@ -16,7 +16,8 @@ use crate::thresholds::{LN_WIDER, REMAINDER};
 use retune::correlation::{CorrelationError, Transducer, transducers};
 use retune::data::Sensor;
 use retune::effect::{
-    Candidate, Configured, Context, Effects, Location, SensorLoad, Structure, candidates_in, candidates_on_wider_places,
+    Candidate, Configured, Context, Effects, Location, SensorLoad, Structure, candidates_at_place, candidates_in,
+    candidates_on_wider_places,
 };
 use retune::fault::PlacedFault;
 use retune::linalg::{DMatrix, DVector};
@@ -162,11 +163,22 @@ impl Stage {
 
     /// What an effect becomes at a limit of its sizes, at its own place.
     pub(crate) fn limit_candidates(&self, of: &Candidate) -> Vec<Candidate> {
-        let (names, only) = (&of.location.names, self.limits(of));
-        let all = in_configurations(&self.scene, &self.settings.places, names, |tested| candidates_in(tested, &only));
-        let is_there =
-            |c: &Candidate| (&c.location.names, &c.location.configuration) == (names, &of.location.configuration);
-        all.into_iter().filter(is_there).map(|c| Candidate { of_place: of.of_place, ..c }).collect()
+        self.effects_at(of, &self.limits(of))
+    }
+
+    /// All other effects at the place of one.
+    pub(crate) fn other_candidates(&self, than: &Candidate) -> Vec<Candidate> {
+        let mut all = self.effects_at(than, &self.settings.effects);
+        all.retain(|c| c.effect.name() != than.effect.name());
+        all
+    }
+
+    /// These effects at the place of one, with the evidence that it pays for that.
+    fn effects_at(&self, of: &Candidate, effects: &Effects) -> Vec<Candidate> {
+        let names = &of.location.names;
+        let there = in_configurations(&self.scene, &[], names, |tested| candidates_at_place(tested, effects, names));
+        let is_there = |c: &Candidate| c.location.configuration == of.location.configuration;
+        there.into_iter().filter(is_there).map(|c| Candidate { of_place: of.of_place, ..c }).collect()
     }
 
     fn limits(&self, of: &Candidate) -> Effects {

@@ -194,9 +194,12 @@ fn conclude_once(
     }
     let contradicted = base.scene.contradicted();
     if verdict == Verdict::Unexplained && !contradicted.is_empty() {
+        let models = base.scene.cases.iter();
+        let is_held = models.map(|case| &case.model).any(|m| !m.spec().supports.is_empty());
+        let unless = if is_held { "unless a support gives" } else { "whatever the stiffness" };
         sentence += &format!(
-            "; whatever the stiffness, the motions of the model contradict the shapes at {}: `retune health --model` says how, and \
-             that is to be put right first",
+            "; {unless}, the motions of the model contradict the shapes at {}: `retune health --model` says how, and that is to be \
+             put right first",
             contradicted.join(", ")
         );
     }

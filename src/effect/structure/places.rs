@@ -4,6 +4,7 @@ use super::{Joint, Part, PartKind, Structure};
 use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::model::PlacedElement;
+use indexmap::IndexMap;
 use std::collections::HashSet;
 
 impl Structure<'_> {
@@ -109,29 +110,29 @@ impl Structure<'_> {
         self.places(|p| p.is_member && accept(p))
     }
 
-    /// Held dofs of nodes where a member goes on, or several members meet, direction by direction, symmetric partners together
-    /// before each alone.
+    /// Held dofs of nodes where a member goes on, or several members meet, direction by direction, and where places are wider in all of them at once;
+    /// symmetric partners together before each alone.
     pub(in crate::effect) fn shared_supports(&self) -> Vec<Location> {
-        let (model, spec) = (self.model, self.model.spec());
-        let holds =
-            |node: &String, dof: Dof| spec.supports.values().any(|s| s.holds(dof) && s.nodes().any(|n| n == node));
-        let is_linked = |node: &String| {
-            let by_link = spec.rigid_links.values().any(|l| l.master == *node || l.slaves.contains(node));
-            let by_weight = spec.weighted_links.values().any(|l| l.nodes().any(|n| n == node));
-            let by_tie = spec.ties.values().any(|t| t.nodes.contains(node));
-            by_link || by_weight || by_tie || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *node))
-        };
-        let mut all = Vec::new();
-        for dof in Dof::ALL.into_iter().filter(|&d| self.any_node_moves(d) && self.generalised_stiffness(d) > 0.0) {
-            let accept = |n: usize| {
-                let name = &model.geometry().names[n];
-                let is_held = !self.node_moves(n, dof) && holds(name, dof);
-                let is_of_body = |n: usize| self.on(n).any(|(_, e)| e.matrices.is_some());
-                is_held && (is_linked(name) || (self.has_several(n) || is_of_body(n)) && self.resists(n, dof))
-            };
-            all.extend(self.nodes(accept).into_iter().map(|at| at.along(dof.name())));
+        let holds = |n: usize, dof: Dof| self.is_shared_support(n, dof);
+        self.nodes_along(&Dof::ALL, holds)
+    }
+
+    /// Whether a node is held in a direction where a member goes on, or several members meet.
+    pub(in crate::effect) fn is_shared_support(&self, n: usize, dof: Dof) -> bool {
+        if self.node_moves(n, dof) || !self.any_node_moves(dof) || self.generalised_stiffness(dof) <= 0.0 {
+            return false;
         }
-        all
+        let (model, spec) = (self.model, self.model.spec());
+        let name = &model.geometry().names[n];
+        let is_linked = || {
+            let by_link = spec.rigid_links.values().any(|l| l.master == *name || l.slaves.contains(name));
+            let by_weight = spec.weighted_links.values().any(|l| l.nodes().any(|n| n == name));
+            let by_tie = spec.ties.values().any(|t| t.nodes.contains(name));
+            by_link || by_weight || by_tie || spec.constraints.values().any(|c| c.terms.iter().any(|t| t.node == *name))
+        };
+        let is_of_body = || self.on(n).any(|(_, e)| e.matrices.is_some());
+        spec.supports.values().any(|s| s.holds(dof) && s.nodes().any(|n| n == name))
+            && (is_linked() || (self.has_several(n) || is_of_body()) && self.resists(n, dof))
     }
 
     /// Nodes that rigid links carry and where a member goes on, or several members meet, direction by direction, symmetric partners together before
@@ -185,25 +186,64 @@ impl Structure<'_> {
         })
     }
 
-    /// Ends with a joint of a kind, direction by direction, symmetric partners together before each alone.
+    /// Ends with a joint of a kind, direction by direction, and where places are wider about both axes of bending and in all directions; symmetric
+    /// partners together before each alone.
     pub(in crate::effect) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
         let gives = |i: usize, dof: Dof| self.ends[i].joint[dof as usize] == Some(kind);
-        let directions: Vec<(&str, Vec<Dof>)> = if self.is_wider {
-            let both = [Dof::Ry, Dof::Rz];
-            if both.iter().all(|dof| dofs.contains(dof)) { vec![(BENDING, both.to_vec())] } else { Vec::new() }
-        } else {
-            dofs.iter().map(|&dof| (dof.name(), vec![dof])).collect()
+        let has_translations = dofs.len() > 3;
+        let mut locations = Vec::new();
+        let mut list = |direction: &str, accepted: &dyn Fn(usize) -> bool, alike: &dyn Fn(usize, usize) -> bool| {
+            let partner = |i: usize| self.ends[i].partner.filter(|&j| accepted(j) && alike(i, j));
+            for ends in arrange((0..self.ends.len()).filter(|&i| accepted(i)), partner) {
+                locations.push(self.ends_location(&ends, direction));
+            }
+        };
+        if !self.is_wider {
+            dofs.iter().for_each(|&dof| list(dof.name(), &|i| gives(i, dof), &|_, _| true));
+            return locations;
+        }
+        let both = [Dof::Ry, Dof::Rz];
+        if both.iter().all(|dof| dofs.contains(dof)) {
+            list(BENDING, &|i| both.iter().all(|&dof| gives(i, dof)), &|_, _| true);
+        }
+        if has_translations {
+            let all = |i: usize| dofs.iter().copied().filter(|&dof| gives(i, dof)).collect::<Vec<_>>();
+            list(ALL_AXES, &|i| all(i).len() > both.len(), &|i, j| all(i) == all(j));
+        }
+        locations
+    }
+
+    /// Both ends of a member where it has a joint of a kind at each, direction by direction, symmetric partners together before each alone.
+    pub(in crate::effect) fn both_ends(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
+        if self.is_wider {
+            return Vec::new();
+        }
+        let mut ends_of: IndexMap<&str, Vec<usize>> = IndexMap::new();
+        for (i, end) in self.ends.iter().enumerate() {
+            if let Some(part) = self.member_of(end.element) {
+                ends_of.entry(part.name.as_str()).or_default().push(i);
+            }
+        }
+        let members: Vec<[usize; 2]> = ends_of.into_values().filter_map(|ends| ends.try_into().ok()).collect();
+        let partner = |m: usize| {
+            let [a, b] = members[m].map(|i| self.ends[i].partner);
+            let image = [a?, b?];
+            members.iter().position(|other| other.iter().all(|i| image.contains(i)))
         };
         let mut locations = Vec::new();
-        for (direction, dofs) in directions {
-            let accepted = |i: &usize| dofs.iter().all(|&dof| gives(*i, dof));
-            let partner = |i: usize| self.ends[i].partner.filter(|j| accepted(j));
-            for ends in arrange((0..self.ends.len()).filter(accepted), partner) {
-                let names = ends.into_iter().map(|i| self.end_name(&self.ends[i])).collect();
-                locations.push(Location::new(LocationKind::End, names).along(direction));
+        for &dof in dofs {
+            let gives = |m: usize| members[m].iter().all(|&i| self.ends[i].joint[dof as usize] == Some(kind));
+            for of in arrange((0..members.len()).filter(|&m| gives(m)), partner) {
+                let ends: Vec<usize> = of.into_iter().flat_map(|m| members[m]).collect();
+                locations.push(self.ends_location(&ends, dof.name()));
             }
         }
         locations
+    }
+
+    fn ends_location(&self, ends: &[usize], direction: &str) -> Location {
+        let names = ends.iter().map(|&i| self.end_name(&self.ends[i])).collect();
+        Location::new(LocationKind::End, names).along(direction)
     }
 }
 

@@ -1,12 +1,12 @@
-//! The wider places of a structure: a few successive elements, larger patches, ends that give about both axes of bending, nodes with all axes, nodes
-//! inside of elements.
+//! The wider places of a structure: a few successive elements, larger patches, ends that give about both axes of bending or in all directions, nodes with
+//! all axes, nodes inside of elements.
 
 use super::Structure;
 use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 
 impl Structure<'_> {
-    /// The same structure with other places for effects: spans and larger patches for parts, ends that give about both axes of bending, nodes with all
-    /// axes, nodes inside of elements.
+    /// The same structure with other places for effects: spans and larger patches for parts, ends that give about both axes of bending or in all
+    /// directions, nodes with all axes, nodes inside of elements.
     #[must_use]
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
@@ -45,7 +45,7 @@ impl Structure<'_> {
             return is_wide && at.names.iter().any(is_near);
         }
         let elements_of = |name: &String| match at.direction() {
-            BENDING => self.end(name).map(|end| vec![end.element]),
+            BENDING | ALL_AXES => self.end(name).map(|end| vec![end.element]),
             _ => self.span(name).map(|s| s.elements.clone()),
         };
         let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| self.elements_of(name).contains(&e)));

@@ -1,6 +1,6 @@
 //! What the best effects become at a limit of their sizes: a point mass where a mass on an arm or on a stiff spring leads.
 
-use super::step::{Step, is_worth_more};
+use super::step::{Step, has_strong};
 use crate::error::DiagnosisError;
 use crate::screen::effects::Score;
 use crate::search::board::Board;
@@ -10,7 +10,7 @@ use crate::thresholds::STRONG;
 use retune::effect::Candidate;
 use retune::linalg::DVector;
 
-pub(super) const STEP: Step = Step { name: "the best at a limit of its sizes", when: is_worth_more, take };
+pub(super) const STEP: Step = Step { name: "the best at a limit of its sizes", when: has_strong, take };
 
 /// Fits the limits of what is as good as the best, at the same places, from where that has brought the base.
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {

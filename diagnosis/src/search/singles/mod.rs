@@ -13,6 +13,7 @@ mod like_the_best;
 mod limits;
 mod looked;
 mod other_basins;
+mod other_kinds;
 mod screened;
 mod stand_ins;
 mod step;
@@ -43,6 +44,7 @@ const SEARCH: &[Step] = &[
     like_the_best::STEP,
     beyond_the_place::STEP,
     finer_mesh::STEP,
+    other_kinds::STEP,
     grown::STEP,
     about_all_axes::STEP,
     limits::STEP,

@@ -25,6 +25,12 @@ pub(super) fn is_worth_more(board: &Board<'_>) -> Result<bool, DiagnosisError> {
     Ok(!board.few && (board.is_poor() || board.best().is_some_and(|r| r.ln_bayes > STRONG)))
 }
 
+/// Something is strong.
+#[expect(clippy::unnecessary_wraps, reason = "as the other conditions")]
+pub(super) fn has_strong(board: &Board<'_>) -> Result<bool, DiagnosisError> {
+    Ok(board.best().is_some_and(|r| r.ln_bayes > STRONG))
+}
+
 /// The base leaves more than noise.
 #[expect(clippy::unnecessary_wraps, reason = "as the other conditions")]
 pub(super) fn is_poor(board: &Board<'_>) -> Result<bool, DiagnosisError> {
