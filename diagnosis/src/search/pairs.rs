@@ -72,18 +72,29 @@ pub(crate) fn pair(
         known.or_else(|| refit_these(base, &[&r.tried], &starts).ok()?.pop())
     };
     let with = |r: &Refit| stage_with(base, r, settings);
-    let on_top = |of: &Refit, stage: &Stage, others: &[&Refit], starts: &[DVector<f64>]| {
+    // Others each with the fit of it and what is on top of it here, where there is one.
+    let on_top = |of: &Refit, stage: &Stage, others: &[(&Refit, Option<&Refit>)], starts: &[DVector<f64>]| {
         let mut found = refit(stage, true)?.hypotheses;
-        // With one more in the base none leaves more than alone: one that seems to has ended in another basin.
-        let is_there = |other: &Refit| found.iter().any(|r| id(r) == id(other) && r.fit.phi <= other.fit.phi + LOWER);
-        // Where it was found alone, with what the stage has beside it.
-        let begun = |r: &Refit| {
-            let (base, own) = (r.fit.x.rows(0, n), r.fit.x.rows(n, r.fit.x.len() - n));
-            let beside = stage.fit.x.rows(n, stage.fit.x.len() - n);
-            let all = base.iter().chain(beside.iter()).chain(own.iter());
-            matches!(r.tried, Tried::Effect(_)).then(|| DVector::from_vec(all.copied().collect()))
+        // With one more in the base none leaves more than alone, and two leave the same in either order: one that seems to has ended in another basin.
+        let is_there = |(other, joint): &(&Refit, Option<&Refit>)| {
+            let reached = joint.map_or(other.fit.phi, |j| j.fit.phi) + LOWER;
+            found.iter().any(|r| id(r) == id(other) && r.fit.phi <= reached)
         };
-        let again: Vec<_> = others.iter().filter(|other| !is_there(other)).map(|r| (&r.tried, begun(r))).collect();
+        // Where both were found, or where it was found alone with what the stage has in its base.
+        let begun = |&(r, joint): &(&Refit, Option<&Refit>)| {
+            let beside = stage.fit.x.len() - n;
+            let all = match joint {
+                Some(j) => {
+                    let own = j.fit.x.len() - n - beside;
+                    [j.fit.x.rows(0, n), j.fit.x.rows(n + own, beside), j.fit.x.rows(n, own)]
+                }
+                None => [r.fit.x.rows(0, n), stage.fit.x.rows(n, beside), r.fit.x.rows(n, r.fit.x.len() - n)],
+            };
+            let all: Vec<f64> = all.iter().flat_map(|part| part.iter().copied()).collect();
+            matches!(r.tried, Tried::Effect(_)).then(|| DVector::from_vec(all))
+        };
+        let again: Vec<_> =
+            others.iter().filter(|other| !is_there(other)).map(|other| (&other.0.tried, begun(other))).collect();
         merge(stage, &mut found, refit_begun(stage, &again, &[starts, std::slice::from_ref(&stage.fit.x)].concat())?);
         found.retain(|r| id(r) != id(of));
         leave_out_wider(stage, &mut found);
@@ -101,7 +112,7 @@ pub(crate) fn pair(
         let on_second = with(&second)?;
         let own = id(&first);
         let rivals = refits.iter().take(base.effort().rivals).filter(|r| id(r) != own && id(r) != id(&second));
-        let others: Vec<&Refit> = rivals.chain([&first]).collect();
+        let others: Vec<_> = rivals.map(|r| (r, None)).chain([(&first, seconds.first())]).collect();
         // Where the two have brought the base and the one that was fitted last.
         let both = without_between(&seconds[0].fit.x, n, on_second.fit.x.len() - n);
         let firsts = on_top(&second, &on_second, &others, &[both])?;
@@ -112,7 +123,7 @@ pub(crate) fn pair(
             return Ok(Some(Pair { first, on_first, seconds, on_second, firsts, ln_all, shares }));
         };
         let on_better = with(&better)?;
-        let seconds = on_top(&better, &on_better, &[&second], &[])?;
+        let seconds = on_top(&better, &on_better, &[(&second, firsts.first())], &[])?;
         now = (better, on_better, seconds);
     }
     Ok(None)

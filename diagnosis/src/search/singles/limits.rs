@@ -7,7 +7,7 @@ use crate::search::board::Board;
 use crate::search::hypothesis::{Refit, Tried};
 use crate::search::run::{Job, run};
 use crate::thresholds::STRONG;
-use retune::effect::Candidate;
+use retune::effect::{Candidate, NewParameter};
 use retune::linalg::DVector;
 
 pub(super) const STEP: Step = Step { name: "the best at a limit of its sizes", when: has_strong, take };
@@ -16,25 +16,50 @@ pub(super) const STEP: Step = Step { name: "the best at a limit of its sizes", w
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     let least = board.best().map_or(f64::INFINITY, |r| r.ln_bayes - STRONG).max(STRONG);
-    let is_known = |c: &Candidate| board.found.hypotheses.iter().any(|r| r.id(&stage.scene) == c.id());
-    let mut limits: Vec<(Candidate, DVector<f64>)> = Vec::new();
+    // One that has been found but explains less may have ended in another basin.
+    let is_known = |c: &Candidate, than: f64| {
+        board.found.hypotheses.iter().any(|r| r.ln_bayes > than && r.id(&stage.scene) == c.id())
+    };
+    let mut limits: Vec<(Candidate, &Refit, DVector<f64>)> = Vec::new();
     for r in board.found.hypotheses.iter().filter(|r| r.ln_bayes > least) {
         let Tried::Effect(found) = &r.tried else { continue };
         if found.effect.becomes().is_empty() {
             continue;
         }
-        let is_new = |c: &Candidate| !is_known(c) && !limits.iter().any(|(l, _)| l.id() == c.id());
+        let is_new = |c: &Candidate| !is_known(c, r.ln_bayes) && !limits.iter().any(|(l, ..)| l.id() == c.id());
         let new: Vec<Candidate> = stage.limit_candidates(found).into_iter().filter(is_new).collect();
-        limits.extend(new.into_iter().map(|c| (c, board.base_of(r))));
+        limits.extend(new.into_iter().map(|c| {
+            let start = of_the_same_sizes(&board.base_of(r), r, found, &c);
+            (c, r, start)
+        }));
     }
     if limits.is_empty() {
         return Ok(());
     }
-    let there = stage.on_wider(limits.iter().map(|(c, _)| c.clone()).collect())?;
-    let base_of = |s: &Score| limits.iter().find(|(c, _)| c.id() == there.id(s)).map(|(_, x)| [x.clone()]);
-    let bases: Vec<_> = there.effects.iter().filter_map(|s| Some((s, base_of(s)?))).collect();
-    let jobs: Vec<Job<'_>> = bases.iter().map(|(s, bases)| Job::Effect(s, bases)).collect();
+    let there = stage.on_wider(limits.iter().map(|(c, ..)| c.clone()).collect())?;
+    let of = |s: &Score| {
+        let (_, r, start) = limits.iter().find(|(c, ..)| c.id() == there.id(s))?;
+        Some(([board.base_of(r)], start))
+    };
+    let begun: Vec<_> = there.effects.iter().filter_map(|s| Some((s, of(s)?))).collect();
+    let jobs: Vec<Job<'_>> = begun.iter().map(|(s, (bases, start))| Job::Begun(s, bases, start)).collect();
     let found: Vec<Refit> = run(&there, &jobs, board.ln_base);
     board.add(found);
     Ok(())
+}
+
+/// Where a limit of an effect begins: at the sizes that have been found of the same quantities, a mass for a mass.
+///
+/// * `base` - where that has brought the base
+fn of_the_same_sizes(base: &DVector<f64>, r: &Refit, found: &Candidate, limit: &Candidate) -> DVector<f64> {
+    let quantity = |p: &NewParameter| p.name.rsplit('.').next().map(str::to_string);
+    let size = |p: &NewParameter| {
+        let sizes = found.parameters.iter().zip(r.fit.x.iter().skip(base.len()));
+        let same = sizes.filter(|(q, _)| quantity(q) == quantity(p));
+        let mut values = same.map(|(q, x)| q.bounds[0] + x * (q.bounds[1] - q.bounds[0]));
+        let value = values.next().unwrap_or(p.typical).clamp(p.bounds[0], p.bounds[1]);
+        (value - p.bounds[0]) / (p.bounds[1] - p.bounds[0])
+    };
+    let sizes: Vec<f64> = limit.parameters.iter().map(size).collect();
+    DVector::from_iterator(base.len() + sizes.len(), base.iter().copied().chain(sizes))
 }
