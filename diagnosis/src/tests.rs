@@ -1,6 +1,7 @@
 //! Stories on the flying wing, whose hidden effects are known: nothing missing, an effect, a fault.
 
 mod answers;
+mod ends;
 mod frame;
 mod inside;
 mod large;

@@ -27,7 +27,8 @@ impl Effect for LinkFlexibility {
                     one of the member's axes, condensed exactly; c = 0 leaves it. Where a member goes on over the node \
                     that the link carries, or several members meet there, the link itself gives: `rigid_links: {...: {master: m, \
                     slaves: [n], dofs: [], compliance: {ry: c}}}`, along or about global axes at that node, u = -c/(1 + c K_uu) K_uq q. \
-                    The flexibility of a link that carries a mass alone is `sprung-mass`.",
+                    A link that carries a mass alone gives \
+                    nothing by that: a mass on a flexible bracket needs a node of its own, on a spring.",
             confusable: &[
                 "root-flexibility",
                 "joint-flexibility",

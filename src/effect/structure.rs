@@ -138,6 +138,8 @@ pub(super) struct End {
     pub node: usize,
     /// Per dof of the element's axes: what is behind a joint in this direction, if it would give.
     pub joint: [Option<Joint>; 6],
+    /// Whether it is the second of two members that meet, whose joint is that of the first.
+    pub is_second: bool,
     /// Index of the mirror image among the ends, if that is another.
     pub partner: Option<usize>,
 }

@@ -23,7 +23,7 @@ use self::altered::Altered;
 use self::at::PartAt;
 use self::factored::Factored;
 use super::connection::Connection;
-use super::dependence::{Terms, central_difference, dependence, dependences, element_matrices};
+use super::dependence::{Terms, central_difference, dependence, dependences, element_matrices, weighed_mass};
 use super::dof_map::rigid_motion;
 use super::elastic_support::ElasticSupports;
 use super::geometry::minus;
@@ -318,7 +318,7 @@ impl Change {
         match &self.parts[part] {
             Part::Brought { .. } | Part::Taken(_) | Part::Altered { .. } => {
                 let all = [theta, sizes].concat();
-                self.add_rigid_mass_of(part, &all, &self.matrices(part, theta, sizes)?, rigid);
+                self.add_rigid_mass_of(part, &all, &self.weighed(part, theta, &all)?, rigid);
             }
             Part::Factored(of) => of.add_rigid_mass(rigid, &self.model, &[theta, sizes].concat()),
             Part::Supports { .. } => {}
@@ -326,16 +326,24 @@ impl Change {
         Ok(())
     }
 
-    /// Adds Rᵀ m R of the six rigid motions for matrices of one of its elements.
+    /// What an element that it brings, takes or alters adds to the mass that a balance sees, in its axes.
+    ///
+    /// * `all` - the parameters of the model, `theta`, with the sizes behind them
+    fn weighed(&self, part: usize, theta: &[f64], all: &[f64]) -> Result<SymMatrix, ModelError> {
+        let elements = self.model.elements();
+        match &self.parts[part] {
+            Part::Brought { element, .. } => weighed_mass(element, all),
+            Part::Taken(e) => weighed_mass(&elements[*e], theta),
+            Part::Altered { before, after } => after.weighed(&elements[*before], all, theta),
+            Part::Supports { .. } | Part::Factored(_) => Ok(SymMatrix::zeros(0)),
+        }
+    }
+
+    /// Adds Rᵀ m R of the six rigid motions for the mass of one of its elements.
     ///
     /// * `all` - the parameters of the model with the sizes behind them
-    pub(super) fn add_rigid_mass_of(
-        &self,
-        part: usize,
-        all: &[f64],
-        matrices: &ElementMatrices,
-        rigid: &mut SymMatrix,
-    ) {
+    /// * `mass` - the one that a balance sees
+    pub(super) fn add_rigid_mass_of(&self, part: usize, all: &[f64], mass: &SymMatrix, rigid: &mut SymMatrix) {
         let (elements, geometry) = (self.model.elements(), self.model.geometry());
         let (element, mut ends) = match &self.parts[part] {
             Part::Brought { element, ends, .. } => (Cow::Borrowed(&**element), ends.to_vec()),
@@ -354,7 +362,7 @@ impl Change {
         if let Some(moving) = &element.moving {
             moving.carry(&mut ends, all);
         }
-        add_rigid_mass(rigid, 1.0, matrices.weighed(), &element.axes, &ends);
+        add_rigid_mass(rigid, 1.0, mass, &element.axes, &ends);
     }
 
     /// Without the coordinates that nothing holds and that nothing is heavy in.

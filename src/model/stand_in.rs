@@ -367,7 +367,7 @@ impl StandIn {
                     let powers = monomial.powers.iter().map(|&(j, p)| (at(j), p)).collect();
                     let monomial = Monomial { powers };
                     // An element that parameters move has no terms.
-                    placed.change.add_rigid_mass_of(part, &[], &matrices, &mut sum.term(&monomial).rigid);
+                    placed.change.add_rigid_mass_of(part, &[], matrices.weighed(), &mut sum.term(&monomial).rigid);
                     match placed.change.motion(part) {
                         Some(connection) => {
                             let new = || Projection::new(&rows, &motion, n_rigid);

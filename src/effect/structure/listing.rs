@@ -103,9 +103,9 @@ impl Structure<'_> {
         for (i, e) in elements.iter().enumerate().filter(|(i, _)| self.is_beam(*i) && self.deforms(*i)) {
             for (k, &node) in e.nodes.iter().enumerate().filter(|(_, n)| self.model.can_be_a_joint(**n)) {
                 let members = || at[node].iter().copied().filter(|&j| self.is_beam(j) && self.deforms(j));
+                let meets = members().count() > 1;
                 // Of two members that meet, one joint says it all.
-                let first = members().next() == Some(i);
-                let meets = members().count() > 2 || (members().count() == 2 && first);
+                let is_second = members().count() == 2 && members().next() != Some(i);
                 let carries = members().count() == 1
                     && at[node].iter().any(|&j| j != i && !self.is_beam(j) && (self.heavy[j] || self.stiff[j]));
                 let is_linked = linked.contains(&node);
@@ -121,7 +121,7 @@ impl Structure<'_> {
                     }
                 });
                 if joint.iter().any(Option::is_some) {
-                    ends.push(End { element: i, side: k + 1, node, joint, partner: None });
+                    ends.push(End { element: i, side: k + 1, node, joint, is_second, partner: None });
                 }
             }
         }

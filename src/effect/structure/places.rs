@@ -1,11 +1,11 @@
 //! Places for effects: nodes, parts and ends with a property, symmetric partners together before each alone.
 
-use super::{Joint, Part, PartKind, Structure};
+use super::{End, Joint, Part, PartKind, Structure};
 use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::model::PlacedElement;
 use indexmap::IndexMap;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 impl Structure<'_> {
     /// Nodes with a property, symmetric partners together before each alone: those of the file, and where places are wider those inside of its
@@ -189,7 +189,10 @@ impl Structure<'_> {
     /// Ends with a joint of a kind, direction by direction, and where places are wider about both axes of bending and in all directions; symmetric
     /// partners together before each alone.
     pub(in crate::effect) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
-        let gives = |i: usize, dof: Dof| self.ends[i].joint[dof as usize] == Some(kind);
+        let gives = |i: usize, dof: Dof| {
+            let end = &self.ends[i];
+            end.joint[dof as usize] == Some(kind) && !(kind == Joint::Member && end.is_second)
+        };
         let has_translations = dofs.len() > 3;
         let mut locations = Vec::new();
         let mut list = |direction: &str, accepted: &dyn Fn(usize) -> bool, alike: &dyn Fn(usize, usize) -> bool| {
@@ -218,17 +221,35 @@ impl Structure<'_> {
         if self.is_wider {
             return Vec::new();
         }
-        let mut ends_of: IndexMap<&str, Vec<usize>> = IndexMap::new();
-        for (i, end) in self.ends.iter().enumerate() {
-            if let Some(part) = self.member_of(end.element) {
-                ends_of.entry(part.name.as_str()).or_default().push(i);
+        let elements = self.model.elements();
+        let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
+        for of in [PartKind::Chain, PartKind::Element] {
+            for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.kind == of) {
+                part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
             }
         }
-        let members: Vec<[usize; 2]> = ends_of.into_values().filter_map(|ends| ends.try_into().ok()).collect();
+        let mut ends_of: IndexMap<usize, Vec<usize>> = IndexMap::new();
+        for (i, end) in self.ends.iter().enumerate() {
+            let Some(member) = member_of[end.element] else { continue };
+            let touching = self.parts[member].elements.iter().filter(|&&e| elements[e].nodes.contains(&end.node));
+            if touching.count() == 1 {
+                ends_of.entry(member).or_default().push(i);
+            }
+        }
+        // Where two members meet, the end that the joint is listed at.
+        let listed_at = |i: usize| {
+            let is_there = |other: &End| other.node == self.ends[i].node && !other.is_second;
+            if self.ends[i].is_second { self.ends.iter().position(is_there).unwrap_or(i) } else { i }
+        };
+        // Mirror images of each other are listed as such.
+        let are_images = |[a, b]: [usize; 2]| self.ends[listed_at(a)].partner == Some(listed_at(b));
+        let members = ends_of.into_values().filter_map(|ends| ends.try_into().ok());
+        let members: Vec<[usize; 2]> = members.filter(|&ends| !are_images(ends)).collect();
+        let member_at: HashMap<[usize; 2], usize> = members.iter().enumerate().map(|(m, ends)| (*ends, m)).collect();
         let partner = |m: usize| {
             let [a, b] = members[m].map(|i| self.ends[i].partner);
-            let image = [a?, b?];
-            members.iter().position(|other| other.iter().all(|i| image.contains(i)))
+            let [a, b] = [a?, b?];
+            member_at.get(&[a.min(b), a.max(b)]).copied().filter(|&other| other != m)
         };
         let mut locations = Vec::new();
         for &dof in dofs {

@@ -1,8 +1,9 @@
 //! An element of the model that a change alters: what differs, so that a change of ten thousand elements is little more than their numbers.
 
 use super::scaled::{self, Factors};
+use crate::linalg::SymMatrix;
 use crate::model::ElementMatrices;
-use crate::model::dependence::element_matrices;
+use crate::model::dependence::{element_matrices, weighed_mass};
 use crate::model::placed_element::PlacedElement;
 use crate::model::value::Value;
 use crate::model::{ModelError, dependence::Terms};
@@ -87,6 +88,15 @@ impl Altered {
         }
         let after = element_matrices(&self.element(before), all)?;
         Ok(after.combine(&element_matrices(before, theta)?, |a, b| a - b))
+    }
+
+    /// What it adds to the mass that a balance sees, in its axes.
+    ///
+    /// * `all` - the parameters of the model, `theta`, then the sizes
+    pub(super) fn weighed(&self, before: &PlacedElement, all: &[f64], theta: &[f64]) -> Result<SymMatrix, ModelError> {
+        let mut added = weighed_mass(&self.element(before), all)?;
+        added.add_scaled(-1.0, &weighed_mass(before, theta)?);
+        Ok(added)
     }
 
     /// Whether any of what it becomes depends on parameter `j`.
