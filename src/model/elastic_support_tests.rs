@@ -166,3 +166,14 @@ fn a_link_that_gives_is_one_on_a_spring() {
     }
     assert_eq!(carried(10, of_itself).assemble(&[0.0]).unwrap(), rigid.assemble(&[0.0]).unwrap());
 }
+
+#[test]
+fn a_link_that_gives_and_carries_a_mass_alone_is_told() {
+    let gives = "rigid_links:\n  arm: {master: m, slaves: [under], compliance: {uz: c}}\n";
+    let told = |more: &str| {
+        let found = super::lint::lint(&bridge(2, &format!("{more}{gives}{ENDS}"))).unwrap().warnings;
+        found.iter().any(|p| p.path == "rigid_links.arm.compliance")
+    };
+    assert!(told("  box: {node: under, mass: 5 kg}\n"));
+    assert!(!told("  box: {node: under, mass: 5 kg}\nsprings:\n  stay: {node: under, k: {ux: 1e5 N/m}}\n"));
+}

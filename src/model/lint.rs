@@ -2,6 +2,7 @@
 
 mod boundary;
 mod drilling;
+mod idle_links;
 mod mesh;
 mod sizes;
 mod stability;
@@ -62,6 +63,7 @@ pub fn lint(model: &Model) -> Result<Soundness, ModelError> {
     };
     nodes(model, &mut s);
     s.warnings.extend(mesh::mesh(model));
+    s.warnings.extend(idle_links::idle_links(model, &interior_point(model.parameters())));
     magnitudes(model, &mut s);
     parameters(model, &mut s)?;
     motion(model, &mut s)?;
