@@ -1,7 +1,7 @@
 //! Stories on the flying wing, whose hidden effects are known: nothing missing, an effect, a fault.
 
 mod answers;
-mod ends;
+mod as_built;
 mod frame;
 mod inside;
 mod large;
