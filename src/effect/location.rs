@@ -26,7 +26,7 @@ pub enum LocationKind {
     Whole,
 }
 
-/// Where an effect acts: one name, or symmetric partners that share the parameters, and a direction where one matters.
+/// Where an effect acts: one name, or symmetric partners or both ends of a member that share the parameters, and a direction where one matters.
 ///
 /// Written `n8`, `n8+n13.ry`, `left_wing.1:n5.ry`, `whole`; in one configuration only, `bench/n8`.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

@@ -466,9 +466,15 @@ fn partners_keep_the_symmetry() {
     ] {
         let (model, _, _) = load(text, &registry).unwrap();
         let context = Context::default();
-        let theta = Structure::new(&model, &context).theta().to_vec();
+        let structure = Structure::new(&model, &context);
+        let theta = structure.theta().to_vec();
+        // Both ends of a member alone; of it and its image there are four.
+        let of_one_member: Vec<Location> =
+            structure.both_ends(crate::effect::structure::Joint::Member, &[Dof::Ry, Dof::Rz]);
         for candidate in candidates(&model, &Effects::builtin(), &context) {
-            if candidate.location.names.len() < 2 || candidate.effect.name() == "asymmetry" {
+            let at = &candidate.location;
+            let is_of_one_member = at.names.len() == 2 && of_one_member.contains(at);
+            if at.names.len() < 2 || is_of_one_member || candidate.effect.name() == "asymmetry" {
                 continue;
             }
             let patched = candidate.build(&model, &registry).unwrap();
