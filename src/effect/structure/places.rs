@@ -202,7 +202,9 @@ impl Structure<'_> {
             }
         };
         if !self.is_wider {
-            dofs.iter().for_each(|&dof| list(dof.name(), &|i| gives(i, dof), &|_, _| true));
+            for &dof in dofs {
+                list(dof.name(), &|i| gives(i, dof), &|_, _| true);
+            }
             return locations;
         }
         let both = [Dof::Ry, Dof::Rz];
