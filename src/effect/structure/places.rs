@@ -193,7 +193,6 @@ impl Structure<'_> {
             let end = &self.ends[i];
             end.joint[dof as usize] == Some(kind) && !(kind == Joint::Member && end.is_second)
         };
-        let has_translations = dofs.len() > 3;
         let mut locations = Vec::new();
         let mut list = |direction: &str, accepted: &dyn Fn(usize) -> bool, alike: &dyn Fn(usize, usize) -> bool| {
             let partner = |i: usize| self.ends[i].partner.filter(|&j| accepted(j) && alike(i, j));
@@ -211,7 +210,8 @@ impl Structure<'_> {
         if both.iter().all(|dof| dofs.contains(dof)) {
             list(BENDING, &|i| both.iter().all(|&dof| gives(i, dof)), &|_, _| true);
         }
-        if has_translations {
+        // What holds an end in all directions is a support.
+        if kind == Joint::Root {
             let all = |i: usize| dofs.iter().copied().filter(|&dof| gives(i, dof)).collect::<Vec<_>>();
             list(ALL_AXES, &|i| all(i).len() > both.len(), &|i, j| all(i) == all(j));
         }
