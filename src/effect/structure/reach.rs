@@ -7,13 +7,11 @@ use std::collections::HashSet;
 impl Structure<'_> {
     /// Whether a location is at one of these nodes or elements, or has one of them.
     ///
-    /// * `names` - of nodes, elements, members, chains, groups, spans or ends
+    /// * `names` - of nodes, pairs of nodes, elements, members, chains, groups, spans or ends
     pub fn touches(&self, at: &Location, names: &[String]) -> bool {
         let reach = |names: &[String]| -> (Vec<usize>, Vec<usize>) {
             let elements: Vec<usize> = names.iter().flat_map(|n| self.elements_of(n)).collect();
-            let geometry = self.model.geometry();
-            let named = names.iter().filter_map(|n| geometry.node(n));
-            (elements, named.collect())
+            (elements, names.iter().flat_map(|n| self.nodes_named(n)).collect())
         };
         let ((own_elements, own_nodes), (elements, nodes)) = (reach(&at.names), reach(names));
         let ends = |of: &[usize]| -> Vec<usize> {
@@ -36,7 +34,7 @@ impl Structure<'_> {
         let all = 0..self.model.geometry().names.len();
         let of_elements =
             at.names.iter().flat_map(|n| self.elements_of(n)).flat_map(|e| &self.model.elements()[e].nodes);
-        let named = at.names.iter().filter_map(|n| self.model.geometry().node(n));
+        let named = at.names.iter().flat_map(|n| self.nodes_named(n));
         let held = at.names.iter().flat_map(|n| self.nodes_of_support(n));
         let mut out: Vec<usize> = of_elements.copied().chain(named).chain(held).collect();
         out.sort_unstable();
@@ -44,10 +42,19 @@ impl Structure<'_> {
         if out.is_empty() { all.collect() } else { out }
     }
 
+    /// The node of a name, or the two of a pair.
+    fn nodes_named(&self, name: &str) -> Vec<usize> {
+        let node = |name: &str| self.model.geometry().node(name);
+        match node(name) {
+            Some(n) => vec![n],
+            None => self.pair(name).into_iter().flatten().filter_map(node).collect(),
+        }
+    }
+
     /// Whether effects can be at something of this name.
     pub fn has_place(&self, name: &str) -> bool {
         !self.elements_of(name).is_empty()
-            || self.model.geometry().node(name).is_some()
+            || !self.nodes_named(name).is_empty()
             || !self.nodes_of_support(name).is_empty()
     }
 
