@@ -88,10 +88,12 @@ pub fn solve_beside_modes(
     factor.solve(&mut correction)?;
     let Some((dz, dmu)) = bordered(correction, &-border.tr_mul(&z)) else { return Ok(None) };
     // With one more mode of this λ the border is singular still: then what is solved does not satisfy the equations, or is rounding.
-    let is_rounding = dz.norm() > 1e-4 * z.norm();
+    // Forces that move the cluster and hardly anything else, as those of one modulus of the whole structure, leave rounding of these alone.
+    let along = (cluster * cluster.tr_mul(forces)).norm() / lambda.abs().max(f64::MIN_POSITIVE);
+    let is_rounding = dz.norm() > 1e-4 * z.norm() + 1e-10 * along;
     z += dz;
     mu += dmu;
-    let scale = shifted.abs().mul(&z.abs()).amax() + right.amax();
+    let scale = shifted.abs().mul(&z.abs()).amax() + forces.amax();
     if is_rounding || !z.iter().all(|v| v.is_finite()) || left(&z, &mu).amax() > 1e-8 * scale {
         return Ok(None);
     }

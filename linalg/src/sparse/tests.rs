@@ -253,6 +253,12 @@ fn systems_beside_modes_are_sums_over_the_others() {
             assert!(off < 1e-9, "{count} from mode {first}: {off:.1e}");
         }
     }
+    // One modulus of the whole structure moves none of its shapes: what it has beside them is rounding of what it has along them.
+    let turned = DMatrix::from_fn(2, 2, |i, j| [[0.8, -0.6], [0.6, 0.8]][i][j]);
+    let these = shapes.columns(1, 2) * turned;
+    let whole = k.mul(&these.columns(0, 1).into_owned());
+    let found = solve_beside_modes(&plan, &k, &m, lambda[1], &these, &whole).unwrap().unwrap();
+    assert!(found.norm() < 1e-9 * these.norm(), "{:.1e}", found.norm());
     // Two equal structures side by side: their modes in any combination.
     let twice = |a: &SparseSym| {
         let both = a.entries().flat_map(|(i, j, v)| [(i, j, v), (n + i, n + j, v)]);
