@@ -19,6 +19,10 @@ const ALIKE: f64 = 0.5;
 /// Another mode whose MAC with the measured one is above that of the partner less this may take its place.
 const NEARLY: f64 = 0.2;
 
+/// A partner whose MAC with the measured mode is below this has another shape: what will have the right one is another mode of the model, or this one
+/// changed beyond recognition, and to follow it leads astray.
+const OF_THE_SHAPE: f64 = 0.8;
+
 /// Whether another mode of the model is like the partner of a mode at the sensors that measured it, or like the measured mode itself.
 fn is_alike(side: &Side<'_>, at: &FoundSide, row: usize, partner: usize) -> bool {
     let read = side.comparison.shapes().column(side.open[row]).into_owned();
@@ -89,8 +93,8 @@ impl Inference<'_> {
         out
     }
 
-    /// What a fit follows the partner of a mode by; none where the shapes at the sensors tell it from the other modes of the model, or a mode
-    /// without a shape and a name is counted.
+    /// What a fit follows the partner of a mode by; none where the shapes at the sensors tell it from the other modes of the model, where they deny it,
+    /// or a mode without a shape and a name is counted.
     fn reference(
         &self,
         side: &Side<'_>,
@@ -100,11 +104,12 @@ impl Inference<'_> {
         dofs: &mut Option<Arc<Vec<(String, Dof)>>>,
     ) -> Option<Arc<Reference>> {
         let is_named = is_named(side, row);
-        if !self.options.moves || !(is_named || is_alike(side, at, row, partner)) {
-            return None;
-        }
         let c = side.comparison;
         let p = &at.look.prediction;
+        let is_denied = || p.mac[(partner, side.open[row])] < OF_THE_SHAPE;
+        if !self.options.moves || !(is_named || (!is_denied() && is_alike(side, at, row, partner))) {
+            return None;
+        }
         let stand_in = c.model().stand_in();
         let map = c.model().dofs_of_nodes();
         let dofs = dofs.get_or_insert_with(|| {
