@@ -1,11 +1,18 @@
 //! The patch of every effect that puts a spring between a member's end and its node.
 
 use super::edit::PatchError;
-use super::location::{ALL_AXES, BENDING, Location};
+use super::flow::number;
+use super::location::{ABOUT, ALL_AXES, BENDING, Location};
 use super::patch::{Builder, Patch, entry};
-use super::structure::{Joint, Structure};
+use super::structure::{End, Joint, Structure};
 use crate::element::Dof;
-use crate::model::spec::OverrideSpec;
+use crate::model::AXES;
+use crate::model::spec::{Named, OverrideSpec};
+use crate::units::Scalar;
+
+/// Largest compliance against that of the member: a hundred times it is a hinge of a slender one, and a short one may carry so much mass that it moves
+/// on a joint ten times as soft below the first mode of the rest.
+const HINGE: f64 = 1000.0;
 
 /// A compliance at the ends that a location names, in the direction that it names; two for both directions of bending, and one for
 /// each in which a support holds the end for all of them.
@@ -21,6 +28,9 @@ pub(super) fn flexible_end(
     let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
     let ends = at.names.iter().map(|n| structure.end(n).ok_or_else(unknown)).collect::<Result<Vec<_>, _>>()?;
     let first = ends.first().ok_or_else(unknown)?;
+    if let Some(axis) = ABOUT.iter().position(|about| *about == at.direction()) {
+        return Ok(hinged_end(effect, structure, at, (&ends, axis)));
+    }
     let is_held = |dof: &Dof| first.joint[*dof as usize] == Some(Joint::Root);
     let dofs = match at.direction() {
         ALL_AXES => Dof::ALL.into_iter().filter(is_held).collect(),
@@ -46,14 +56,39 @@ pub(super) fn flexible_end(
         let own = own.max(least(dof));
         let name = if dofs.len() > 1 { format!("compliance_{dof}") } else { "compliance".to_string() };
         let about = format!("compliance of the joint at {} in {} of the member", at.place(), dof);
-        sizes.push((dof, b.parameter(&name, dof.compliance_unit(), 0.05 * own, [0.0, 50.0 * own], &about)));
+        sizes.push((dof, b.parameter(&name, dof.compliance_unit(), 0.05 * own, [0.0, HINGE * own], &about)));
     }
+    change_ends(&mut b, structure, &ends, |end| {
+        sizes.iter().flat_map(|(dof, c)| entry(&format!("end{}_compliance_{dof}", end.side), c)).collect()
+    });
+    Ok(b.finish())
+}
+
+/// A compliance about one of the structure's own axes, x, y or z, at ends whose members have none along it. Typical is as about the axes of the member,
+/// each by its share.
+fn hinged_end(effect: &str, structure: &Structure<'_>, at: &Location, (ends, axis): (&[&End], usize)) -> Patch {
+    // To a micrometre per metre.
+    let local = |end: &End| structure.model().elements()[end.element].axes.map(|own| (1e6 * own[axis]).round() / 1e6);
+    let first = ends[0];
+    let r = structure.rigidity(structure.member_of(first.element).map_or(&[first.element][..], |m| &m.elements));
+    let shares = local(first).into_iter().zip([r.gj, r.ei[0], r.ei[1]]).filter(|(n, _)| *n != 0.0);
+    let own: f64 = shares.map(|(n, k)| n * n * r.length / k).sum();
+    let mut b = Builder::new(effect, at);
+    let about = format!("compliance of the joint at {} about {} of the structure", at.place(), AXES[axis]);
+    let c = b.parameter("compliance", Dof::Rx.compliance_unit(), 0.05 * own, [0.0, HINGE * own], &about);
+    change_ends(&mut b, structure, ends, |end| {
+        let axes = local(end).into_iter().zip(AXES).filter(|(n, _)| *n != 0.0);
+        let axes = axes.flat_map(|(n, name)| entry(&format!("end{}_hinge_{name}", end.side), &number(n)));
+        entry(&format!("end{}_hinge_compliance", end.side), &c).into_iter().chain(axes).collect()
+    });
+    b.finish()
+}
+
+/// Adds properties to the elements of ends, each by an override of its own.
+fn change_ends(b: &mut Builder, structure: &Structure<'_>, ends: &[&End], of: impl Fn(&End) -> Named<Scalar>) {
     for (i, end) in ends.iter().enumerate() {
         let element = structure.element_of_file(end.element).to_string();
-        let property = |dof: Dof| format!("end{}_compliance_{dof}", end.side);
-        let add = sizes.iter().flat_map(|(dof, c)| entry(&property(*dof), c)).collect();
         let suffix = if ends.len() > 1 { format!(".{}", i + 1) } else { String::new() };
-        b.change(&suffix, &[element], OverrideSpec { add, ..OverrideSpec::default() });
+        b.change(&suffix, &[element], OverrideSpec { add: of(end), ..OverrideSpec::default() });
     }
-    Ok(b.finish())
 }

@@ -25,7 +25,8 @@ impl Effect for JointFlexibility {
             formulation: "The end of one member is joined to the node by a rotational spring of compliance c about one of \
                     its axes, condensed exactly; c = 0 leaves it. Where two members meet, the joint is at the end \
                     of the first; where more meet, at each. Also both ends of a member alike, `brace:a+brace:b.ry`: a \
-                    brace that is bolted where the model welds it.",
+                    brace that is bolted where the model welds it. Of a member that stands askew also about an axis of the \
+                    structure, `fin.3:top.about_x`, by `end2_hinge_compliance` with that axis in the member's own.",
             confusable: &[
                 "bending-stiffness-change",
                 "torsion-stiffness-change",

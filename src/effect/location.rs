@@ -51,6 +51,9 @@ pub(super) const BENDING: &str = "bending";
 /// The direction of a node or an end where an effect acts along, or about, every axis that it can, with a size for each.
 pub(super) const ALL_AXES: &str = "all_axes";
 
+/// The directions of an end that gives about an axis of the structure which is none of its member.
+pub(super) const ABOUT: [&str; 3] = ["about_x", "about_y", "about_z"];
+
 impl Location {
     /// At one or several things of a kind.
     pub fn new(kind: LocationKind, names: Vec<String>) -> Self {
@@ -73,6 +76,13 @@ impl Location {
             _ => false,
         };
         has_its_axis && (&self.names, &self.configuration) == (&other.names, &other.configuration)
+    }
+
+    /// Whether it is ends that give about an axis of the structure, and the other is the same about one of the member.
+    pub fn is_skew_to(&self, other: &Self) -> bool {
+        let is_about =
+            ABOUT.contains(&self.direction()) && Dof::from_name(other.direction()).is_some_and(Dof::is_rotation);
+        is_about && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
     /// Whether it is nodes or ends with all axes.

@@ -28,7 +28,7 @@ impl Effect for RootFlexibility {
                     leaves it, c of several L/EI is a hinge. Where a member goes on over the support, or several members meet \
                     there, the support itself stands on the spring: `supports: {...: {node: n, fixed: [], compliance: {uz: c}}}`, \
                     along global axes, u = -c/(1 + c K_uu) K_uq q. A footing that settles and rocks gives in all directions \
-                    that are held, `column:foot.all_axes`, each by a compliance of its own. Of a mesh also a stretch of a support, `clamp~n81~12`, the \
+                    that are held, `column:foot.all_axes`, each by a compliance of its own; a swept root may hinge about an axis of the structure, `wing.1:root.about_x`. Of a mesh also a stretch of a support, `clamp~n81~12`, the \
                     twelve of its nodes that are nearest to n81, in all directions that it holds: a clamp that is open there.",
             confusable: &[
                 "stiffness-change",

@@ -190,6 +190,19 @@ fn strain_parts(section: &Section) -> StrainParts {
             part.add_outer(1.0 / compliance, &opening);
         }
     }
+    // A joint about an axis of any direction twists by the share that this has of the axis of the beam.
+    for (end, hinge) in section.hinges.iter().enumerate() {
+        let (Some(t), Some((compliance, axis))) = (&to_ends, hinge) else { continue };
+        let mut opening = [0.0; 12];
+        for (k, share) in axis.iter().enumerate() {
+            let row = 6 * end + 3 + k;
+            opening = plus(opening, -share, &t[row]);
+            opening[row] += share;
+        }
+        let twist = axis[0] * axis[0];
+        torsion.add_outer(twist / compliance, &opening);
+        bending.add_outer((1.0 - twist) / compliance, &opening);
+    }
     StrainParts { axial, bending, torsion }
 }
 
@@ -229,8 +242,11 @@ fn add_geometric(k: &mut SymMatrix, section: &Section, to_ends: Option<&[Row; 12
 /// ```text
 /// K'_ab = K_ab - f K_ai K_ib      K'_ib = K_ib (1 - f K_ii)      T = I - f e_i (row i of K)
 /// ```
+///
+/// About an axis e of any direction, last: K' = K - f K e eᵀ K, T = I - f e eᵀ K, f = 1/(1/c + eᵀ K e).
 fn condense_ends(k: &mut SymMatrix, section: &Section) -> Option<[Row; 12]> {
     let mut to_ends: Option<[Row; 12]> = None;
+    let identity: [Row; 12] = std::array::from_fn(|d| std::array::from_fn(|i| f64::from(u8::from(i == d))));
     // What a hinge has left of a diagonal entry below this part of it is rounding, to either side of zero: that
     // direction is free already.
     let free: Row = std::array::from_fn(|i| 1e-13 * k.get(i, i));
@@ -250,15 +266,26 @@ fn condense_ends(k: &mut SymMatrix, section: &Section) -> Option<[Row; 12]> {
             }
         }
         *k = condensed;
-        let t = to_ends.get_or_insert_with(|| {
-            let mut identity = [[0.0; 12]; 12];
-            (0..12).for_each(|d| identity[d][d] = 1.0);
-            identity
-        });
+        let t = to_ends.get_or_insert(identity);
         for t_row in t.iter_mut() {
             let share = t_row[i];
             *t_row = plus(*t_row, -f * share, &row);
             t_row[i] = remains * share;
+        }
+    }
+    for (end, &(compliance, axis)) in section.hinges.iter().enumerate().filter_map(|(end, h)| Some((end, h.as_ref()?)))
+    {
+        let about = |row: &Row| (0..3).map(|d| axis[d] * row[6 * end + 3 + d]).sum::<f64>();
+        let row: Row = std::array::from_fn(|j| about(&std::array::from_fn(|i| k.get(i, j))));
+        let (own, least) = (about(&row), (0..3).map(|d| axis[d] * axis[d] * free[6 * end + 3 + d]).sum::<f64>());
+        if own <= least {
+            continue;
+        }
+        let f = 1.0 / (1.0 / compliance + own);
+        k.add_outer(-f, &row);
+        for t_row in to_ends.get_or_insert(identity).iter_mut() {
+            let share = about(t_row);
+            *t_row = plus(*t_row, -f * share, &row);
         }
     }
     to_ends
@@ -281,7 +308,7 @@ fn through_joints(row: Row, to_ends: Option<&[Row; 12]>) -> Row {
 
 /// The transformation to the ends, computed only where a joint gives.
 fn ends(section: &Section) -> Option<[Row; 12]> {
-    let flexible = section.end_compliance.iter().any(|c| *c != 0.0);
+    let flexible = section.end_compliance.iter().any(|c| *c != 0.0) || section.hinges.iter().any(Option::is_some);
     flexible.then(|| condense_ends(&mut rigid_ended_stiffness(section), section)).flatten()
 }
 

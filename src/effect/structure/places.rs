@@ -1,11 +1,14 @@
 //! Places for effects: nodes, parts and ends with a property, symmetric partners together before each alone.
 
 use super::{End, Joint, Part, PartKind, Structure};
-use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
+use crate::effect::location::{ABOUT, ALL_AXES, BENDING, Location, LocationKind};
 use crate::element::Dof;
 use crate::model::PlacedElement;
 use indexmap::IndexMap;
 use std::collections::{HashMap, HashSet};
+
+/// Cosine from which an axis of a member is one of the structure: 2.6 degrees, which no test tells apart.
+const PARALLEL: f64 = 0.999;
 
 impl Structure<'_> {
     /// Nodes with a property, symmetric partners together before each alone: those of the file, and where places are wider those inside of its
@@ -186,8 +189,8 @@ impl Structure<'_> {
         })
     }
 
-    /// Ends with a joint of a kind, direction by direction, and where places are wider about both axes of bending and in all directions; symmetric
-    /// partners together before each alone.
+    /// Ends with a joint of a kind, direction by direction, and where places are wider about both axes of bending, in all directions and about the axes of
+    /// the structure that are none of the member; symmetric partners together before each alone.
     pub(in crate::effect) fn end_places(&self, kind: Joint, dofs: &[Dof]) -> Vec<Location> {
         let gives = |i: usize, dof: Dof| {
             let end = &self.ends[i];
@@ -215,7 +218,18 @@ impl Structure<'_> {
             let all = |i: usize| dofs.iter().copied().filter(|&dof| gives(i, dof)).collect::<Vec<_>>();
             list(ALL_AXES, &|i| all(i).len() > both.len(), &|i, j| all(i) == all(j));
         }
+        let turns = [Dof::Rx, Dof::Ry, Dof::Rz];
+        if turns.iter().all(|dof| dofs.contains(dof)) {
+            for (axis, direction) in ABOUT.iter().enumerate() {
+                list(direction, &|i| turns.iter().all(|&dof| gives(i, dof)) && self.is_skew(i, axis), &|_, _| true);
+            }
+        }
         locations
+    }
+
+    /// Whether an axis of the structure is none of the axes of the member at an end.
+    fn is_skew(&self, end: usize, axis: usize) -> bool {
+        self.model.elements()[self.ends[end].element].axes.iter().all(|own| own[axis].abs() < PARALLEL)
     }
 
     /// Both ends of a member where it has a joint of a kind at each, direction by direction, symmetric partners together before each alone.

@@ -98,10 +98,30 @@ pub(super) const PROPERTIES: &[Property] = &[
     compliance("end2_compliance_rx", "rad/(N m)", "flexibility of the joint at node 2 about x (default 0: rigid)"),
     compliance("end2_compliance_ry", "rad/(N m)", "flexibility of the joint at node 2 about y (default 0: rigid)"),
     compliance("end2_compliance_rz", "rad/(N m)", "flexibility of the joint at node 2 about z (default 0: rigid)"),
+    compliance(
+        "end1_hinge_compliance",
+        "rad/(N m)",
+        "flexibility of the joint at node 1 about one axis of any direction, which `end1_hinge_x`, `_y` and `_z` give (default 0: rigid)",
+    ),
+    any("end1_hinge_x", "1", "x of that axis, of any length (default 0)"),
+    any("end1_hinge_y", "1", "y of it (default 0)"),
+    any("end1_hinge_z", "1", "z of it (default 0)"),
+    compliance(
+        "end2_hinge_compliance",
+        "rad/(N m)",
+        "the same at node 2, about `end2_hinge_x`, `_y` and `_z` (default 0: rigid)",
+    ),
+    any("end2_hinge_x", "1", "x of that axis, of any length (default 0)"),
+    any("end2_hinge_y", "1", "y of it (default 0)"),
+    any("end2_hinge_z", "1", "z of it (default 0)"),
 ];
 
 /// The first of the twelve end compliances, which stand in the order of the dofs.
 const END_COMPLIANCE: usize = property_index(PROPERTIES, "end1_compliance_ux");
+
+/// The first of the four properties of a hinge at either end.
+const HINGE: [usize; 2] =
+    [property_index(PROPERTIES, "end1_hinge_compliance"), property_index(PROPERTIES, "end2_hinge_compliance")];
 
 /// Everything a beam's matrices are made of. Pairs per bending plane are in the order of `PLANES`: uy first, then uz.
 #[derive(Debug, Clone)]
@@ -134,6 +154,33 @@ pub(super) struct Section {
     pub lumping: [f64; 6],
     /// Of the twelve dofs, m/N and rad/(N m).
     pub end_compliance: [f64; 12],
+    /// Compliance of a joint about one axis at either end, rad/(N m), and the unit vector of the axis.
+    pub hinges: [Option<(f64, [f64; 3])>; 2],
+}
+
+/// The joint about an axis of any direction at an end.
+fn hinge(input: &ElementInput<'_>, end: usize) -> Result<Option<(f64, [f64; 3])>, ElementError> {
+    let first = HINGE[end];
+    let Some(compliance) = input.values[first].filter(|c| *c != 0.0) else { return Ok(None) };
+    let axis = [1, 2, 3].map(|k| input.values[first + k].unwrap_or(0.0));
+    let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if !(length > 0.0 && length.is_finite()) {
+        let name = PROPERTIES[first].name;
+        return Err(ElementError::OutOfDomain {
+            name,
+            value: compliance,
+            expected: "an axis beside it: `hinge_x`, `hinge_y` and `hinge_z` of this end",
+        });
+    }
+    if (3..6).any(|d| input.values[END_COMPLIANCE + 6 * end + d].is_some_and(|c| c != 0.0)) {
+        let name = PROPERTIES[first].name;
+        return Err(ElementError::OutOfDomain {
+            name,
+            value: compliance,
+            expected: "no flexibility about x, y or z beside it at this end",
+        });
+    }
+    Ok(Some((compliance, axis.map(|x| x / length))))
 }
 
 /// The four rigidities as given, `None` where not: EA, GJ, EIz, EIy.
@@ -267,6 +314,7 @@ impl Section {
             lumping,
             mass_offset: pair(value!(input, mass_offset_y), value!(input, mass_offset_z)),
             end_compliance: std::array::from_fn(|d| input.values[END_COMPLIANCE + d].unwrap_or(0.0)),
+            hinges: [hinge(input, 0)?, hinge(input, 1)?],
         };
         for p in 0..2 {
             let phi = section.phi(p);
@@ -360,6 +408,8 @@ pub(super) fn samples() -> Vec<Sample> {
         ("bend_twist_y", 200.0),
         ("bend_twist_z", -300.0),
     ];
+    let hinged =
+        [spar.as_slice(), &[("end1_hinge_compliance", 3e-4), ("end1_hinge_x", 0.6), ("end1_hinge_z", 0.8)]].concat();
     let joints = [2e-7, 3e-7, 4e-7, 1e-4, 2e-4, 3e-4, 1e-7, 5e-7, 6e-7, 4e-4, 5e-4, 6e-4];
     spar.extend(PROPERTIES[END_COMPLIANCE..].iter().zip(joints).map(|(p, c)| (p.name, c)));
     let tensioned = [spar.clone(), vec![("axial_force", 400.0)]].concat();
@@ -368,6 +418,7 @@ pub(super) fn samples() -> Vec<Sample> {
         Sample { points: points(), given: isotropic, mass: 2700.0 * 3e-4 * 0.6, free: true },
         Sample { points: points(), given: tube, mass: 2700.0 * 3e-4 * 0.6, free: true },
         Sample { points: points(), given: spar, mass: 0.7 * 0.6, free: true },
+        Sample { points: points(), given: hinged, mass: 0.7 * 0.6, free: true },
         Sample { points: points(), given: tensioned, mass: 0.7 * 0.6, free: false },
     ]
 }

@@ -1,4 +1,4 @@
-//! What acts about one axis and explains much about all axes of its place.
+//! What acts about one axis and explains much about all axes of its place, and about those of the structure.
 
 use super::step::{Step, is_worth_more};
 use crate::error::DiagnosisError;
@@ -8,7 +8,7 @@ use crate::search::board::Board;
 use crate::search::hypothesis::{Refit, Tried};
 use crate::search::run::{Job, run};
 use crate::thresholds::STRONG;
-use retune::effect::Candidate;
+use retune::effect::{Candidate, Location};
 
 pub(super) const STEP: Step = Step { name: "about all axes", when: is_worth_more, take };
 
@@ -20,7 +20,7 @@ fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     Ok(())
 }
 
-/// Effects along or about one axis that explain much, in all axes of their node or end; what could stand with the best. A body that lacks
+/// Effects along or about one axis that explain much, in all axes of their node or end and about those of the structure; what could stand with the best. A body that lacks
 /// inertia about two axes is no better explained about one of them than by something else.
 ///
 /// * `base` - ln evidence of the base
@@ -34,11 +34,11 @@ fn in_all_axes(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
         .collect();
     best.sort_by(|a, b| b.0.ln_bayes.total_cmp(&a.0.ln_bayes));
     let least = done.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max) - STRONG;
+    let is_about_others = |wide: &Location, own: &Location| wide.has_more_axes_than(own) || wide.is_skew_to(own);
     let near: Vec<String> = best.iter().flat_map(|(_, c)| c.location.names.clone()).collect();
     // The rank of the best that has one of its axes.
     let rank = |wide: &Candidate| {
-        let has =
-            |c: &Candidate| c.effect.name() == wide.effect.name() && wide.location.has_more_axes_than(&c.location);
+        let has = |c: &Candidate| c.effect.name() == wide.effect.name() && is_about_others(&wide.location, &c.location);
         best.iter().position(|(_, c)| has(c))
     };
     let mut wanted = stage.wider_candidates(Some(&near), |c| rank(c).is_some());
