@@ -9,6 +9,9 @@ use super::{About, Effect};
 use crate::element::Dof;
 use crate::model::spec::OverrideSpec;
 
+/// Largest change: an I section on its side is up to twenty times as stiff about one axis as it is upright.
+const TURNED: f64 = 20.0;
+
 #[doc = "A member, or an element of it, whose bending stiffness in one plane differs from the model's, while its torsion is right."]
 #[derive(Debug, Clone, Copy)]
 pub struct BendingStiffnessChange;
@@ -67,7 +70,7 @@ impl Effect for BendingStiffnessChange {
         let property = rigidity(structure, parts[0], dof).ok_or_else(unknown)?;
         let mut b = Builder::new(self.name(), at);
         let about = format!("bending stiffness of {} against the model, factor less one", at.place());
-        let p = b.parameter("change", "1", 0.1, [-0.99, 2.0], &about);
+        let p = b.parameter("change", "1", 0.1, [-0.99, TURNED], &about);
         b.change(
             "",
             &entries(&parts),

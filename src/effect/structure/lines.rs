@@ -14,7 +14,8 @@ pub(super) const LONGEST_SPAN: usize = 4;
 const PIECES: [usize; 2] = [2, 4];
 
 impl Structure<'_> {
-    /// Entries of beams that lie end to end, from one branch, support or free end to the next; `first..last` by name.
+    /// Entries of beams that lie end to end, from one branch, support or free end to the next, `first..last` by name; and elements of such a line
+    /// between bars, which do not bend it and change the force in it.
     pub(super) fn list_lines(&self) -> Vec<Part> {
         let mut entry_of: BTreeMap<usize, &str> = BTreeMap::new();
         for (name, member) in &self.model.spec().beams {
@@ -35,7 +36,32 @@ impl Structure<'_> {
                 lines.push(Part { name, kind: PartKind::Line, of, elements, partner: None, is_member: true });
             }
         }
+        lines.extend(self.list_stretches());
         lines
+    }
+
+    /// Two and more elements of the file between nodes of a line at which bars end.
+    fn list_stretches(&self) -> Vec<Part> {
+        let bars = self.model.spec().bars.keys().filter_map(|name| self.model.element_set(name)).flatten();
+        let tied: BTreeSet<usize> = bars.flat_map(|&e| self.model.elements()[e].nodes.iter().copied()).collect();
+        if tied.is_empty() {
+            return Vec::new();
+        }
+        let nodes = |e: usize| &self.model.elements()[e].nodes;
+        let goes_on = |&a: &usize, &b: &usize| !nodes(a).iter().any(|n| nodes(b).contains(n) && tied.contains(n));
+        let mut out = Vec::new();
+        for line in self.lines_of_beams() {
+            let stretches: Vec<&[usize]> = line.chunk_by(goes_on).collect();
+            for stretch in stretches.iter().filter(|_| stretches.len() > 1) {
+                let mut of: Vec<String> = stretch.iter().map(|&e| self.element_of_file(e).to_string()).collect();
+                of.dedup();
+                if let [start, .., end] = of.as_slice() {
+                    let (name, elements) = (format!("{start}..{end}"), stretch.to_vec());
+                    out.push(Part { name, kind: PartKind::Span, of, elements, partner: None, is_member: true });
+                }
+            }
+        }
+        out
     }
 
     /// Two to [`LONGEST_SPAN`] successive elements of the file on a line, and its halves and quarters: what is changed need not end where an
