@@ -36,6 +36,14 @@ pub enum DiagnosisError {
         /// "; did you mean ...?" or nothing.
         suggestion: String,
     },
+    /// Effects were chosen that have no place on the structure, or none at the places that were chosen.
+    #[error("{effects} can be {places}, so there is nothing to try")]
+    NoEffect {
+        /// "none of the effects `a`, `b`".
+        effects: String,
+        /// "at `n3`", or "anywhere on this model".
+        places: String,
+    },
     /// A test and its model cannot be compared.
     #[error(transparent)]
     Update(#[from] retune::update::UpdateError),

@@ -13,7 +13,7 @@ use super::error::DiagnosisError;
 use super::problem::evidence::degrees_of_freedom;
 use super::problem::scene::Scene;
 use super::result::{ForeignMode, Verdict};
-use super::screen::stage::stage_begun;
+use super::screen::stage::{placed, stage_begun};
 use super::search::basin::in_the_lowest_basin;
 use super::search::hypothesis::{Refit, Tried};
 use super::search::one_cause::{OneCause, one_cause_of};
@@ -260,7 +260,10 @@ pub(super) fn investigate(
     Ok(found)
 }
 
-/// Whether the structure has every place that effects are to be tried at.
+/// Effects that are named one by one where none of them has a place, fewer than these.
+const MANY: usize = 6;
+
+/// Whether the structure has every place that effects are to be tried at, and the effects that were chosen one of these.
 fn check_places(scene: &Scene, settings: &Settings) -> Result<(), DiagnosisError> {
     let context = Context::default();
     let structures: Vec<Structure<'_>> = scene.cases.iter().map(|c| Structure::new(&c.model, &context)).collect();
@@ -269,6 +272,23 @@ fn check_places(scene: &Scene, settings: &Settings) -> Result<(), DiagnosisError
             let known = structures.iter().flat_map(Structure::place_names);
             return Err(DiagnosisError::Place { suggestion: did_you_mean(name, known), name: name.clone() });
         }
+    }
+    let effects: Vec<&str> = settings.effects.iter().map(|e| e.name()).collect();
+    if settings.is_narrowed() && !effects.is_empty() && placed(scene, settings).is_empty() {
+        let listed = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+        let places: Vec<&str> = settings.places.iter().map(String::as_str).collect();
+        return Err(DiagnosisError::NoEffect {
+            effects: if effects.len() < MANY {
+                format!("none of the effects {}", listed(&effects))
+            } else {
+                "no effect".to_string()
+            },
+            places: if places.is_empty() {
+                "anywhere on this model".to_string()
+            } else {
+                format!("at {}", listed(&places))
+            },
+        });
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ use crate::error::DiagnosisError;
 use crate::problem::evidence::ln_sum;
 use crate::screen::stage::Stage;
 use crate::settings::Settings;
-use crate::thresholds::LOWER;
+use crate::thresholds::{LOWER, STRONG};
 use retune::linalg::DVector;
 use std::collections::BTreeMap;
 
@@ -42,6 +42,16 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
+    /// The one that explains as much alone: the other brings nothing strong beside it.
+    pub(crate) fn alone(&self) -> Option<&Refit> {
+        let brings = |more: &[Refit]| more.first().is_some_and(|r| r.ln_bayes > STRONG);
+        match (brings(&self.firsts), brings(&self.seconds)) {
+            (true, false) => Some(&self.first),
+            (false, _) => self.seconds.first(),
+            (true, true) => None,
+        }
+    }
+
     /// The share of the pairs with a hypothesis among all that were fitted.
     pub(crate) fn share(&self, id: &str) -> f64 {
         self.shares.get(id).copied().unwrap_or(0.0)

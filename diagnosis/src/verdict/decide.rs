@@ -167,7 +167,6 @@ fn conclude_once(
         None => Vec::new(),
     };
     let told = warnings(base, &named, best);
-    let noise = (base.noise_factor() > MOST_NOISE).then(|| base.noise_factor());
     let mut sentence = match (&pair, &chain, verdict) {
         (Some(pair), ..) => of_two(base, pair, &hypotheses),
         (None, Some(chain), _) => of_several(base, chain, &hypotheses),
@@ -184,10 +183,13 @@ fn conclude_once(
         },
         (None, None, _) => of_one(verdict, hypotheses.first(), leads, base, &remainder),
     };
-    if let Some(factor) = noise.filter(|_| !verdict.is_about_noise()) {
+    let factor = base.noise_factor();
+    if factor > MOST_NOISE && !verdict.is_about_noise() {
         sentence += &format!(
             "; all this with noise {factor:.1} times as large as stated, so that the stated noise is wrong as well, or more is missing"
         );
+    } else if factor > 1.0 && verdict.names_hypotheses() {
+        sentence += &format!("; with noise {factor:.2} times as large as stated");
     }
     if verdict.names_hypotheses() && p.none() > DOUBT {
         sentence += &format!("; that nothing is missing has a probability of {:.0} %", 100.0 * p.none());
@@ -434,7 +436,18 @@ fn name(
             Some(two) => remains(&two.on_first, &two.seconds[0], settings)?.0.needs_nothing_more(),
             None => false,
         };
-        if leaves_noise && let Some(two) = two {
+        // Of two of which one brings nothing beside the other, that one suffices, but for slopes of a second screening, which no fit confirms.
+        let of_alone = |r: &Refit| refits.iter().position(|known| known.id(&base.scene) == r.id(&base.scene));
+        let alone = two.as_ref().and_then(Pair::alone).and_then(of_alone);
+        if let Some(alone) = alone.filter(|_| leaves_noise)
+            && remains(base, &refits[alone], settings)?.0.looks_like_noise
+        {
+            return Ok(named(alone, &refits[alone]));
+        }
+        if leaves_noise
+            && alone.is_none()
+            && let Some(two) = two
+        {
             p.with_several(two.ln_all);
             let ids = [two.first.id(&base.scene), two.seconds[0].id(&base.scene)];
             let remainder = format!("beside {}: {}", ids[0], ids[1]);
@@ -443,7 +456,7 @@ fn name(
         if let Some((a, b)) = two.as_ref().and_then(|two| Some((&two.first, two.seconds.first()?))) {
             best_two = Some(([a.id(&base.scene), b.id(&base.scene)], b.misfit));
         }
-        if doubted.is_none() {
+        if doubted.is_none() && alone.is_none() {
             p.with_several(ln_two);
             let found = two.map(|two| longer((base, refits), two, odds, otherwise.ln, settings)).transpose()?.flatten();
             if let Some(found) = found {
@@ -480,7 +493,8 @@ fn beside(on_first: &Stage, first: &Refit) -> Result<Vec<Refit>, DiagnosisError>
     if is_explained { Ok(more) } else { Ok(refit(on_first, false)?.hypotheses) }
 }
 
-/// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread.
+/// A chain that goes on from two hypotheses that do not suffice, where these take away much: else they are images of what is spread. With noise that is
+/// not believable three explain anything.
 fn longer(
     (base, alone): (&Stage, &[Refit]),
     two: Pair,
@@ -491,7 +505,7 @@ fn longer(
     let Pair { first, on_first, seconds, .. } = two;
     let Some(second) = seconds.into_iter().next() else { return Ok(None) };
     let excess = base.fit.misfit - degrees_of_freedom(&base.fit, &base.q) / (base.weight * base.weight);
-    if base.fit.misfit - second.misfit < WORTH_A_TRY * excess {
+    if base.fit.misfit - second.misfit < WORTH_A_TRY * excess || base.noise_factor() > MOST_NOISE {
         return Ok(None);
     }
     chain(vec![(base.clone(), first), (on_first, second)], alone, odds, ln_else, settings)
