@@ -7,6 +7,7 @@ mod inside;
 mod large;
 mod meshes;
 mod mixed;
+mod mounts;
 mod statics;
 mod stores;
 mod tower;

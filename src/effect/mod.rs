@@ -35,6 +35,7 @@ mod eccentric_mass;
 mod edit;
 mod end_flexibility;
 mod fibre_angle;
+mod flexible_mount;
 mod flow;
 mod ground_dashpot;
 mod ground_spring;
@@ -103,6 +104,7 @@ catalogue! {
     distributed_mass::DistributedMass,
     eccentric_mass::EccentricMass,
     fibre_angle::FibreAngle,
+    flexible_mount::FlexibleMount,
     ground_dashpot::GroundDashpot,
     ground_spring::GroundSpring,
     joint_flexibility::JointFlexibility,

@@ -1,4 +1,4 @@
-//! A body on a spring at a node, in translation or in rotation: what `sprung-mass` and `sprung-inertia` share.
+//! A body on a spring at a node, in translation or in rotation: what `sprung-mass`, `sprung-inertia` and `flexible-mount` share.
 
 use super::edit::{Edit, NewParameter, PatchError, scalar};
 use super::location::Location;
@@ -38,12 +38,7 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
     let about = format!("{quantity} on a spring at {place}");
     let m = b.parameter(quantity, unit, typical, [0.0, 25.0 * typical], &about);
     let stiffness = |omega2: f64| round(typical * omega2);
-    let known = &structure.context().frequencies_hz;
-    let squares: Vec<f64> = if known.is_empty() {
-        [0.25, 1.0, 4.0, 16.0, 64.0].map(|f| f * structure.omega2()).to_vec()
-    } else {
-        known.iter().filter(|f| **f > 0.0).map(|f| (TAU * f).powi(2)).collect()
-    };
+    let squares = squares_of_modes(structure);
     let k0 = stiffness(structure.omega2());
     let k = b.add(NewParameter {
         name: format!("{}.stiffness", b.stem()),
@@ -54,23 +49,44 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
         grid: squares.into_iter().map(stiffness).collect(),
         description: format!("stiffness of the spring at {place}; any value is neutral while the {quantity} is zero"),
     });
-    let suffix = |i: usize| if at.names.len() > 1 { format!(".{}", i + 1) } else { String::new() };
+    let stores = on_springs(&mut b, structure, &at.names, (dof, &k));
+    let mut body = body_at(&stores);
+    if rotation {
+        let axis = &dof.name()[1..];
+        body.inertia = entry(&format!("{axis}{axis}"), &m);
+    } else {
+        body.mass = Some(scalar(&m));
+    }
+    let name = b.stem().to_string();
+    b.edit(Edit::AddMass { name, entry: body });
+    Ok(b.finish())
+}
+
+/// Nodes of their own beside hosts, each on a spring in one direction, and in translation on a link for the others.
+///
+/// * `spring` - its direction and the name of its stiffness
+pub(super) fn on_springs(
+    b: &mut Builder,
+    structure: &Structure<'_>,
+    hosts: &[String],
+    (dof, k): (Dof, &str),
+) -> Vec<String> {
+    let suffix = |i: usize| if hosts.len() > 1 { format!(".{}", i + 1) } else { String::new() };
     let mut stores = Vec::new();
-    for (i, host) in at.names.iter().enumerate() {
+    for (i, host) in hosts.iter().enumerate() {
         let store = format!("{}.store{}", b.stem(), suffix(i));
         let zero = || Scalar::constant(0.0);
         let rule = NodeRule { from: Some(host.clone()), offset: Some([zero(), zero(), zero()]), ..NodeRule::default() };
         b.edit(Edit::AddNode { name: store.clone(), entry: NodeSpec::Rule(rule) });
         let nodes = Some([host.clone(), store.clone()]);
         let name = format!("{}.spring{}", b.stem(), suffix(i));
-        b.edit(Edit::AddSpring {
-            name,
-            entry: SpringSpec { nodes, k: entry(dof.name(), &k), ..SpringSpec::default() },
-        });
+        b.edit(Edit::AddSpring { name, entry: SpringSpec { nodes, k: entry(dof.name(), k), ..SpringSpec::default() } });
         // Beside the spring's direction the body follows the host, and turns with it.
         let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
-        let follows: Vec<DofName> =
-            all.into_iter().filter(|d| !rotation && Dof::from(*d) != dof && active(structure, Dof::from(*d))).collect();
+        let follows: Vec<DofName> = all
+            .into_iter()
+            .filter(|d| !dof.is_rotation() && Dof::from(*d) != dof && active(structure, Dof::from(*d)))
+            .collect();
         if !follows.is_empty() {
             let name = format!("{}.link{}", b.stem(), suffix(i));
             let entry = RigidLinkSpec {
@@ -83,16 +99,17 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
         }
         stores.push(store);
     }
-    let mut body = body_at(&stores);
-    if rotation {
-        let axis = &dof.name()[1..];
-        body.inertia = entry(&format!("{axis}{axis}"), &m);
+    stores
+}
+
+/// Where modes lie, as ω²: those of the tests, or some about the lowest of the model.
+pub(super) fn squares_of_modes(structure: &Structure<'_>) -> Vec<f64> {
+    let known = &structure.context().frequencies_hz;
+    if known.is_empty() {
+        [0.25, 1.0, 4.0, 16.0, 64.0].map(|f| f * structure.omega2()).to_vec()
     } else {
-        body.mass = Some(scalar(&m));
+        known.iter().filter(|f| **f > 0.0).map(|f| (TAU * f).powi(2)).collect()
     }
-    let name = b.stem().to_string();
-    b.edit(Edit::AddMass { name, entry: body });
-    Ok(b.finish())
 }
 
 /// Whether a dof exists in the model.

@@ -90,7 +90,7 @@ pub fn solve_beside_modes(
     // With one more mode of this λ the border is singular still: then what is solved does not satisfy the equations, or is rounding.
     // Forces that move the cluster and hardly anything else, as those of one modulus of the whole structure, leave rounding of these alone.
     let along = (cluster * cluster.tr_mul(forces)).norm() / lambda.abs().max(f64::MIN_POSITIVE);
-    let is_rounding = dz.norm() > 1e-4 * z.norm() + 1e-10 * along;
+    let is_rounding = dz.norm() > 1e-4 * z.norm() + 1e-6 * along;
     z += dz;
     mu += dmu;
     let scale = shifted.abs().mul(&z.abs()).amax() + forces.amax();
