@@ -74,6 +74,7 @@ mod text;
 mod thickness_change;
 mod timoshenko;
 mod torsion_stiffness_change;
+mod turned_section;
 
 pub use candidate::{
     Candidate, Configured, Patched, candidates, candidates_at_place, candidates_in, candidates_on_wider_places,
@@ -135,6 +136,7 @@ catalogue! {
     thickness_change::ThicknessChange,
     timoshenko::Timoshenko,
     torsion_stiffness_change::TorsionStiffnessChange,
+    turned_section::TurnedSection,
 }
 
 /// A physical effect that a model may lack: stateless; where it could act, and how it is written.

@@ -1,5 +1,5 @@
-//! Stories of members that are built otherwise than they are drawn: a brace that is bolted at both ends, a footing that settles and rocks. The truth has
-//! hinges and springs of its own, not the compliances of the effects.
+//! Stories of members that are built otherwise than they are drawn: a brace that is bolted at both ends, a footing that settles and rocks, a column that is
+//! turned about its axis. The truth has hinges, springs and axes of its own, not the changes of the effects.
 
 use super::frame::told;
 use super::*;
@@ -40,13 +40,18 @@ fn a_brace_that_is_bolted_at_both_ends_is_found() {
 
 /// A portal on two feet.
 fn portal(foot: &str) -> Model {
+    turned_portal("[1, 0, 0]", foot)
+}
+
+/// * `right` - near what the z axis of its right column is
+fn turned_portal(right: &str, foot: &str) -> Model {
     model(&format!(
         "retune: 1\nname: portal\nparameters:\n  E: {{value: 205 GPa, bounds: [185 GPa, 225 GPa]}}\n\
          nodes: {{l0: [0, 0, 0], l1: [0, 0, 1.1], l2: [0, 0, 2], g: [0.8, 0, 2], r2: [2, 0, 2], r1: [2, 0, 1.1], r0: [2, 0, 0]}}\n\
          sections:\n  bar: {{E: E, nu: 0.3, density: 7850 kg/m3, shape: {{rectangle: {{width: 80 mm, height: 50 mm}}}}}}\n\
          beams:\n  left: {{chain: [l0, l1, l2], section: bar, orientation: [1, 0, 0], subdivide: 2}}\n  \
          girder: {{chain: [l2, g, r2], section: bar, orientation: [0, 0, 1], subdivide: 2}}\n  \
-         right: {{chain: [r2, r1, r0], section: bar, orientation: [1, 0, 0], subdivide: 2}}\n\
+         right: {{chain: [r2, r1, r0], section: bar, orientation: {right}, subdivide: 2}}\n\
          masses: {{pump: {{node: g, mass: 25 kg}}}}\n{foot}"
     ))
 }
@@ -70,5 +75,23 @@ fn a_footing_that_settles_and_rocks_is_found() {
         let middle = 0.5 * (lower + upper);
         // Twice the interval of 90 %: 3.3 standard deviations.
         assert!((2.5e-7 - middle).abs() < upper - lower, "{seed}: {lower} {upper}");
+    }
+}
+
+#[test]
+fn a_column_that_is_turned_is_found() {
+    const FEET: &str = "supports: {feet: {nodes: [l0, r0]}}\n";
+    let (base, truth) = (portal(FEET), turned_portal("[0, 1, 0]", FEET));
+    for &seed in first(1, &[1, 2, 3]) {
+        let sensors = retune::update::node_sensors(&base);
+        let mut test = twin_modes(&truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
+        test.modes.iter_mut().for_each(|m| m.label = None);
+        let d = told(&base, &test);
+        assert_eq!(
+            (d.verdict, d.hypotheses[0].id.as_str()),
+            (Verdict::MissingEffect, "turned-section@right"),
+            "{seed}"
+        );
+        assert!(d.hypotheses[0].interval.unwrap()[1] > 0.99, "{seed}");
     }
 }
