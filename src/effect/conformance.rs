@@ -15,6 +15,7 @@ const ROUNDING: f64 = 1e-14;
 /// Checks every candidate of the effects on a model, and returns what violates the contract, one sentence each:
 ///
 /// * *about*: the texts are there, the confusable effects exist
+/// * *places*: what is offered, at wider places too, is a candidate with at least one parameter
 /// * *names*: parameters are `<effect>.<place>.<quantity>`, with a unit, bounds around the neutral value and a typical size
 ///   inside
 /// * *pure*: the same model gives the same candidates in the same order
@@ -77,10 +78,15 @@ fn check_where(
         failures.push("the candidates of one model differ between two calls".to_string());
     }
     let structure = super::Structure::new(model, context);
-    for effect in effects.iter() {
-        for at in effect.locations(&structure) {
-            if let Err(e) = effect.patch(&structure, &at) {
-                failures.push(format!("{}@{at}: offered and then refused: {e}", effect.name()));
+    let wider = structure.clone().on_wider_places();
+    for (effect, structure) in effects.iter().flat_map(|effect| [(effect, &structure), (effect, &wider)]) {
+        for at in effect.locations(structure) {
+            match Candidate::new(effect, structure, &at) {
+                Ok(candidate) if candidate.parameters.is_empty() => {
+                    failures.push(format!("{}: it has no parameter", candidate.id()));
+                }
+                Ok(_) => {}
+                Err(e) => failures.push(format!("{}@{at}: offered and then refused: {e}", effect.name())),
             }
         }
     }
@@ -140,9 +146,6 @@ fn about(effect: &dyn Effect, effects: &Effects) -> Vec<String> {
 
 fn names(candidate: &Candidate, fail: &mut impl FnMut(String)) {
     let prefix = format!("{}.", candidate.effect.name().replace('-', "_"));
-    if candidate.parameters.is_empty() {
-        fail("it has no parameter".to_string());
-    }
     for p in &candidate.parameters {
         let [lower, upper] = p.bounds;
         if !p.name.starts_with(&prefix) || p.name.matches('.').count() < 2 {

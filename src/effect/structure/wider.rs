@@ -2,7 +2,7 @@
 //! all axes, nodes inside of elements.
 
 use super::Structure;
-use crate::effect::location::{ALL_AXES, BENDING, Location, LocationKind};
+use crate::effect::location::{ABOUT, ALL_AXES, BENDING, Location, LocationKind};
 
 impl Structure<'_> {
     /// The same structure with other places for effects: spans and larger patches for parts, ends that give about both axes of bending or in all
@@ -44,9 +44,10 @@ impl Structure<'_> {
             let is_wide = at.direction() == ALL_AXES || at.names.iter().any(is_inside);
             return is_wide && at.names.iter().any(is_near);
         }
-        let elements_of = |name: &String| match at.direction() {
-            BENDING | ALL_AXES => self.end(name).map(|end| vec![end.element]),
-            _ => self.span(name).map(|s| s.elements.clone()),
+        let is_wide_end = || matches!(at.direction(), BENDING | ALL_AXES) || ABOUT.contains(&at.direction());
+        let elements_of = |name: &String| match self.end(name) {
+            Some(end) => is_wide_end().then(|| vec![end.element]),
+            None => self.span(name).map(|s| s.elements.clone()),
         };
         let of_near = |e: usize| near.is_none_or(|near| near.iter().any(|name| self.elements_of(name).contains(&e)));
         let elements: Option<Vec<Vec<usize>>> = at.names.iter().map(elements_of).collect();
