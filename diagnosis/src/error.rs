@@ -37,12 +37,10 @@ pub enum DiagnosisError {
         suggestion: String,
     },
     /// Effects were chosen that have no place on the structure, or none at the places that were chosen.
-    #[error("{effects} can be {places}, so there is nothing to try")]
+    #[error("{have_no_place}, so there is nothing to try")]
     NoEffect {
-        /// "none of the effects `a`, `b`".
-        effects: String,
-        /// "at `n3`", or "anywhere on this model".
-        places: String,
+        /// "the effects `a` and `b` have no place at `n3`".
+        have_no_place: String,
     },
     /// A test and its model cannot be compared.
     #[error(transparent)]

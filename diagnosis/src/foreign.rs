@@ -277,18 +277,13 @@ fn check_places(scene: &Scene, settings: &Settings) -> Result<(), DiagnosisError
     if settings.is_narrowed() && !effects.is_empty() && placed(scene, settings).is_empty() {
         let listed = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
         let places: Vec<&str> = settings.places.iter().map(String::as_str).collect();
-        return Err(DiagnosisError::NoEffect {
-            effects: if effects.len() < MANY {
-                format!("none of the effects {}", listed(&effects))
-            } else {
-                "no effect".to_string()
-            },
-            places: if places.is_empty() {
-                "anywhere on this model".to_string()
-            } else {
-                format!("at {}", listed(&places))
-            },
-        });
+        let where_to = if places.is_empty() { "on this model".to_string() } else { format!("at {}", listed(&places)) };
+        let have_no_place = match effects.as_slice() {
+            [one] => format!("the effect `{one}` has no place {where_to}"),
+            some if some.len() < MANY => format!("the effects {} have no place {where_to}", listed(some)),
+            _ => format!("no effect has a place {where_to}"),
+        };
+        return Err(DiagnosisError::NoEffect { have_no_place });
     }
     Ok(())
 }
