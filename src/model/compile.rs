@@ -526,6 +526,11 @@ impl ParametricModel for Model {
         part.map(|(part, within)| self.interpolate(part, within, theta)).transpose()
     }
 
+    fn has_point_moved_by(&self, element: &str, fraction: f64, j: usize) -> bool {
+        self.elastic_supports.as_ref().is_some_and(|s| s.depends_on(j))
+            || self.part_at(element, fraction).is_none_or(|(part, _)| self.elements[part].depends_on(j))
+    }
+
     fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {
         self.point_within(element, place)
     }

@@ -196,6 +196,12 @@ pub trait ParametricModel: std::fmt::Debug + Send + Sync {
         Ok(None)
     }
 
+    /// Whether [`Self::point_at`] may depend on parameter `j`; a model that does not tell is asked by differences.
+    fn has_point_moved_by(&self, element: &str, fraction: f64, j: usize) -> bool {
+        let _ = (element, fraction, j);
+        true
+    }
+
     /// How the point of a surface or a volume moves that is nearest to a place, m, global; `None` where the element, part or group of that
     /// name is neither. It does not depend on θ.
     fn point_near(&self, element: &str, place: [f64; 3]) -> Result<Option<PointMotion>, ModelError> {

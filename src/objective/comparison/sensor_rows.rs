@@ -53,8 +53,10 @@ impl Comparison<'_> {
     pub(super) fn slopes_of_rows(&self, theta: &[f64], free: &[usize]) -> Result<Vec<DMatrix<f64>>, EvalError> {
         let slope = |&j: &usize| {
             let nodes_move = self.model.has_nodes_moved_by(j);
-            let is_moved =
-                |&k: &usize| nodes_move || !matches!(self.test.sensors[self.varying[k]].place, Place::Node { .. });
+            let is_moved = |&k: &usize| match &self.test.sensors[self.varying[k]].place {
+                Place::Node { .. } => nodes_move,
+                Place::Element { element, fraction, .. } => self.model.has_point_moved_by(element, *fraction, j),
+            };
             let moved: Vec<usize> = (0..self.varying.len()).filter(is_moved).collect();
             let mut slopes = DMatrix::zeros(self.varying.len(), self.sensors.ncols());
             if moved.is_empty() {
