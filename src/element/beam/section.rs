@@ -408,8 +408,17 @@ pub(super) fn samples() -> Vec<Sample> {
         ("bend_twist_y", 200.0),
         ("bend_twist_z", -300.0),
     ];
-    let hinged =
-        [spar.as_slice(), &[("end1_hinge_compliance", 3e-4), ("end1_hinge_x", 0.6), ("end1_hinge_z", 0.8)]].concat();
+    let hinges = [
+        ("end1_hinge_compliance", 3e-4),
+        ("end1_hinge_x", 0.6),
+        ("end1_hinge_y", 0.2),
+        ("end1_hinge_z", 0.8),
+        ("end2_hinge_compliance", 5e-4),
+        ("end2_hinge_x", 0.1),
+        ("end2_hinge_y", 0.5),
+        ("end2_hinge_z", -0.7),
+    ];
+    let hinged = [spar.as_slice(), &hinges].concat();
     let joints = [2e-7, 3e-7, 4e-7, 1e-4, 2e-4, 3e-4, 1e-7, 5e-7, 6e-7, 4e-4, 5e-4, 6e-4];
     spar.extend(PROPERTIES[END_COMPLIANCE..].iter().zip(joints).map(|(p, c)| (p.name, c)));
     let tensioned = [spar.clone(), vec![("axial_force", 400.0)]].concat();
