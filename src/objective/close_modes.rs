@@ -107,7 +107,7 @@ pub(super) fn turn(
     at_sensors: &DMatrix<f64>,
     tests: Measured<'_>,
 ) -> Option<DMatrix<f64>> {
-    let q = turning(&at_sensors.select_columns(cluster), tests)?;
+    let q = turning(at_sensors, cluster, tests)?;
     turn_by(modes, cluster, &q);
     Some(q)
 }
@@ -132,13 +132,22 @@ pub(super) struct Measured<'a> {
 
 /// Q of a cluster; `None` where no test shape says how its shapes stand.
 ///
-/// * `seen` - the shapes of the cluster at the sensors
-pub(super) fn turning(seen: &DMatrix<f64>, measured: Measured<'_>) -> Option<DMatrix<f64>> {
+/// A test shape says so where the cluster explains more of it than any other mode does, unless it is said to be of this space. Where the test has fewer
+/// shapes than the cluster, each is that of the mode which it is most like, in their order.
+///
+/// * `at_sensors` - elastic shapes at the sensors, (n_sensor x n_elastic)
+pub(super) fn turning(at_sensors: &DMatrix<f64>, cluster: &[usize], measured: Measured<'_>) -> Option<DMatrix<f64>> {
     let tests = measured.shapes;
+    let seen = &at_sensors.select_columns(cluster);
     let counts = |j: &usize| measured.only.is_none_or(|only| only.contains(j));
+    let is_of_others = |j: usize, share: f64| {
+        let others = (0..at_sensors.ncols()).filter(|k| !cluster.contains(k));
+        measured.only.is_none() && others.into_iter().any(|k| mac(at_sensors, k, tests, j) > share)
+    };
     let mut found: Vec<(f64, usize, DVector<f64>)> = (0..tests.ncols())
         .filter(counts)
         .filter_map(|j| explain(seen, tests, j).map(|(share, b)| (share, j, b)))
+        .filter(|(share, j, _)| !is_of_others(*j, *share))
         .collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     found.truncate(seen.ncols());
@@ -149,7 +158,44 @@ pub(super) fn turning(seen: &DMatrix<f64>, measured: Measured<'_>) -> Option<DMa
     found.sort_by_key(|f| f.1);
     let columns: Vec<usize> = found.iter().map(|f| f.1).collect();
     let q = nearest_orthogonal(&DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>()))?;
-    Some(settled(seen, q, measured, &columns))
+    Some(in_places(&settled(seen, q, measured, &columns), columns.len()))
+}
+
+/// MAC of a mode with a test shape, at the sensors that measured this.
+fn mac(at_sensors: &DMatrix<f64>, mode: usize, tests: &DMatrix<f64>, test: usize) -> f64 {
+    let measured = (0..tests.nrows()).filter(|&i| !tests[(i, test)].is_nan());
+    let [cross, own, other] = measured.fold([0.0; 3], |[c, a, b], i| {
+        let (x, y) = (at_sensors[(i, mode)], tests[(i, test)]);
+        [c + x * y, a + x * x, b + y * y]
+    });
+    if own * other > 0.0 { cross * cross / (own * other) } else { 0.0 }
+}
+
+/// Q with its first columns, those of test shapes, in the places of the modes that they are most like: ascending places p that have the largest Σ q_pk².
+fn in_places(q: &DMatrix<f64>, count: usize) -> DMatrix<f64> {
+    let n = q.ncols();
+    if count == n {
+        return q.clone();
+    }
+    let mut best = vec![vec![f64::NEG_INFINITY; n + 1]; count + 1];
+    best[0].fill(0.0);
+    for k in 1..=count {
+        for p in k..=n {
+            best[k][p] = best[k][p - 1].max(best[k - 1][p - 1] + q[(p - 1, k - 1)].powi(2));
+        }
+    }
+    let mut columns: Vec<Option<usize>> = vec![None; n];
+    let (mut k, mut p) = (count, n);
+    while k > 0 {
+        if best[k][p] > best[k][p - 1] {
+            columns[p - 1] = Some(k - 1);
+            k -= 1;
+        }
+        p -= 1;
+    }
+    let mut rest = count..n;
+    let columns: Vec<usize> = columns.into_iter().filter_map(|own| own.or_else(|| rest.next())).collect();
+    q.select_columns(&columns)
 }
 
 /// Q turned on to where the shapes fit best, their scales free.
@@ -300,6 +346,23 @@ mod tests {
             mode.shape_sd = mode.shape.as_ref().map(|s| s.map(|_| 0.02));
         }
         test
+    }
+
+    /// Of two close modes a test has one, that of the higher: it stays there; and a test shape of another mode, of which the two explain more than half
+    /// at so few sensors, turns neither.
+    #[test]
+    fn one_shape_of_two_stays_with_its_mode() {
+        let at_sensors = DMatrix::from_row_slice(4, 3, &[1.0, 0.0, 0.5, 0.0, 1.0, 0.6, 0.3, 0.0, 0.5, 0.0, 0.2, -0.4]);
+        let alien = at_sensors.column(2).into_owned();
+        assert!(explain(&at_sensors.columns(0, 2).into_owned(), &DMatrix::from_columns(&[alien.clone()]), 0).is_some());
+        let upper = at_sensors.column(1) + at_sensors.column(0) * 0.02;
+        let shapes = DMatrix::from_columns(&[upper, alien]);
+        let weights = DMatrix::from_element(4, 2, 50.0);
+        let measured = Measured { shapes: &shapes, weights: &weights, only: None };
+        let q = turning(&at_sensors, &[0, 1], measured).unwrap();
+        assert!((q.transpose() * &q - DMatrix::identity(2, 2)).amax() < 1e-12);
+        let turned = at_sensors.columns(0, 2) * &q;
+        assert!(mac(&turned, 1, &shapes, 0) > 1.0 - 1e-12 && q[(1, 1)].abs() > 0.99, "{q}");
     }
 
     #[test]

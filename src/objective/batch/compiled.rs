@@ -395,7 +395,7 @@ impl Compiled {
                     continue;
                 }
                 for cluster in &p.clusters {
-                    if let Some(q) = turning(&p.at_sensors.select_columns(cluster), comparison.measured(None)) {
+                    if let Some(q) = turning(&p.at_sensors, cluster, comparison.measured(None)) {
                         bench.turned.extend(turned(as_found, cluster, &q));
                     }
                 }
