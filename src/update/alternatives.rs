@@ -46,7 +46,7 @@ pub(super) fn alternatives(
         }
         let joins = |known: &LocalOptimum| {
             let limit = known.cost.max(cost) + RISE_90;
-            Valley { objective, limit, refine: &refine }.joins(&known.x, &x)
+            (&known.x - &x).amax() < ONE || Valley { objective, limit, refine: &refine }.joins(&known.x, &x)
         };
         match distinct.iter_mut().find(|known| joins(known)) {
             Some(known) => known.n_starts += optimum.n_starts,
@@ -61,6 +61,9 @@ pub(super) fn alternatives(
     });
     told.collect()
 }
+
+/// Optima that differ by less than this share of every interval are one, also where the misfit jumps between them, as it does where modes change places.
+const ONE: f64 = 1e-4;
 
 /// A start that ended at so many rises above the best may not have come to its optimum.
 const CLOSE: f64 = 4.0;

@@ -181,7 +181,10 @@ fn conclude_once(
             ),
             None => format!("no single effect explains the test; {remainder}"),
         },
-        (None, None, _) => of_one(verdict, hypotheses.first(), leads, base, &remainder),
+        (None, None, _) => {
+            let left = named.first().map_or(Ok(1.0), |r| r.p_value())?;
+            of_one(verdict, hypotheses.first(), (leads, left), base, &remainder)
+        }
     };
     let factor = base.noise_factor();
     if factor > MOST_NOISE && !verdict.is_about_noise() {

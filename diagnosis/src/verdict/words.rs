@@ -5,7 +5,7 @@ use crate::screen::noise::WorstShape;
 use crate::screen::stage::Stage;
 use crate::search::pairs::Pair;
 use crate::search::several::Chain;
-use crate::thresholds::{MOST_NOISE, STRONG};
+use crate::thresholds::{BY_CHANCE, MOST_NOISE, REMAINDER, STRONG};
 use retune::fault::Tests;
 
 /// `; the data cannot tell it from 3 others`
@@ -20,10 +20,11 @@ fn tie(name: &str, tied: &[String]) -> String {
 /// Where one hypothesis is named, or none.
 ///
 /// * `leads` - whether the best was more probable than all else before its remainder was tested
+/// * `left` - the probability that noise alone leaves as much as the best does
 pub(crate) fn of_one(
     verdict: Verdict,
     best: Option<&HypothesisResult>,
-    leads: bool,
+    (leads, left): (bool, f64),
     base: &Stage,
     remainder: &str,
 ) -> String {
@@ -53,7 +54,12 @@ pub(crate) fn of_one(
         }
         Verdict::MissingEffect => {
             let perhaps = if likely { "" } else { "perhaps " };
-            format!("{perhaps}{id} explains the test, and the rest looks like noise{tie}")
+            let rest = if left < REMAINDER {
+                format!("though noise alone leaves as much in only 1 of {:.0} tests", 1.0 / left.max(BY_CHANCE))
+            } else {
+                "and the rest looks like noise".to_string()
+            };
+            format!("{perhaps}{id} explains the test, {rest}{tie}")
         }
         Verdict::MeasurementFault => {
             let perhaps = if likely { "" } else { "perhaps " };

@@ -238,20 +238,24 @@ impl Structure<'_> {
             return Vec::new();
         }
         let elements = self.model.elements();
-        let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
-        for of in [PartKind::Chain, PartKind::Element] {
-            for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.kind == of) {
-                part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
+        // The two ends of every member; an element is of the first kind that has it.
+        let ends_of = |kinds: &[PartKind]| -> Vec<[usize; 2]> {
+            let mut member_of: Vec<Option<usize>> = vec![None; elements.len()];
+            for of in kinds {
+                for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.kind == *of) {
+                    part.elements.iter().for_each(|&e| member_of[e] = member_of[e].or(Some(p)));
+                }
             }
-        }
-        let mut ends_of: IndexMap<usize, Vec<usize>> = IndexMap::new();
-        for (i, end) in self.ends.iter().enumerate() {
-            let Some(member) = member_of[end.element] else { continue };
-            let touching = self.parts[member].elements.iter().filter(|&&e| elements[e].nodes.contains(&end.node));
-            if touching.count() == 1 {
-                ends_of.entry(member).or_default().push(i);
+            let mut ends: IndexMap<usize, Vec<usize>> = IndexMap::new();
+            for (i, end) in self.ends.iter().enumerate() {
+                let Some(member) = member_of[end.element] else { continue };
+                let touching = self.parts[member].elements.iter().filter(|&&e| elements[e].nodes.contains(&end.node));
+                if touching.count() == 1 {
+                    ends.entry(member).or_default().push(i);
+                }
             }
-        }
+            ends.into_values().filter_map(|ends| ends.try_into().ok()).collect()
+        };
         // Where two members meet, the end that the joint is listed at.
         let listed_at = |i: usize| {
             let is_there = |other: &End| other.node == self.ends[i].node && !other.is_second;
@@ -259,8 +263,11 @@ impl Structure<'_> {
         };
         // Mirror images of each other are listed as such.
         let are_images = |[a, b]: [usize; 2]| self.ends[listed_at(a)].partner == Some(listed_at(b));
-        let members = ends_of.into_values().filter_map(|ends| ends.try_into().ok());
-        let members: Vec<[usize; 2]> = members.filter(|&ends| !are_images(ends)).collect();
+        // A member of several elements may be a line that the file has in pairs.
+        let mut members = ends_of(&[PartKind::Chain, PartKind::Element]);
+        let of_lines = ends_of(&[PartKind::Line]).into_iter().filter(|ends| !members.contains(ends));
+        members.extend(of_lines.collect::<Vec<_>>());
+        members.retain(|&ends| !are_images(ends));
         let member_at: HashMap<[usize; 2], usize> = members.iter().enumerate().map(|(m, ends)| (*ends, m)).collect();
         let partner = |m: usize| {
             let [a, b] = members[m].map(|i| self.ends[i].partner);

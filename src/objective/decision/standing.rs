@@ -165,10 +165,10 @@ impl Inference<'_> {
         if mode.shape.is_some() && mac(a) > SAME && is_far {
             let off = 100.0 * (p.frequencies_hz[a] / f - 1.0);
             let text = format!(
-                "it has the shape of {called} (MAC {:.2}, {off:+.0} %), which no value of the parameters brings there: it is foreign with \
-                 probability {}, or the model lacks something, which `retune diagnose` looks for",
-                mac(a),
-                probability(foreign)
+                "foreign with probability {}, or the model lacks something: it has the shape of {called} (MAC {:.2}, {off:+.0} %), which no value of the \
+                 parameters brings there",
+                probability(foreign),
+                mac(a)
             );
             return (Some(foreign), text);
         }
