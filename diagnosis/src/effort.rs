@@ -113,8 +113,8 @@ effort! {
     around: 9,
     /// Effects that are tried in all axes.
     with_all_axes: 12,
-    /// Hypotheses of a chain, at most: what takes more is as often one thing that the catalogue lacks.
-    chain: 3,
+    /// Hypotheses of a chain, at most.
+    chain: 5,
     /// Rounds of fitting the base with the number of a fault, then the number with the base.
     number_rounds: 4,
     /// Tied hypotheses that are checked for what they leave.

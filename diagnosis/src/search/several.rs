@@ -7,7 +7,7 @@
 //! ln odds B = Σ_k (ln odds_k + ln B(k | all before it))  >  ln odds B (something else) + 3
 //! ```
 
-use super::hypothesis::Refit;
+use super::hypothesis::{Refit, Tried};
 use super::prior::Odds;
 use super::remainder::remains;
 use super::singles::refit;
@@ -15,6 +15,10 @@ use crate::error::DiagnosisError;
 use crate::screen::stage::Stage;
 use crate::settings::Settings;
 use crate::thresholds::STRONG;
+
+/// Hypotheses of a chain that has a fault of the measurement, at most: where many things are wrong and data have to be explained away on top, it is as
+/// often one thing that the catalogue lacks.
+const MOST_WITH_FAULTS: usize = 3;
 
 /// Hypotheses, each fitted on top of those before it, that leave noise together.
 pub(crate) struct Chain {
@@ -70,7 +74,9 @@ pub(crate) fn chain(
             let brings: Vec<f64> =
                 members.iter().enumerate().map(|m| of_alone(m).unwrap_or(f64::NEG_INFINITY)).collect();
             let first = (0..brings.len()).rev().max_by(|&a, &b| brings[a].total_cmp(&brings[b])).unwrap_or(0);
-            return Ok((ln_all > ln_else + STRONG).then_some(Chain { members, ln_all, first }));
+            let explains_away = members.iter().any(|(_, r)| matches!(r.tried, Tried::Fault(_)));
+            let is_believed = members.len() <= MOST_WITH_FAULTS || !explains_away;
+            return Ok((is_believed && ln_all > ln_else + STRONG).then_some(Chain { members, ln_all, first }));
         }
         if members.len() == settings.effort.chain
             || stage.settings.until.is_over()
