@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod dynamics;
 #[cfg(test)]
+mod joints;
+#[cfg(test)]
 mod rigid_ends;
 mod section;
 #[cfg(test)]
