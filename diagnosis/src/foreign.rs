@@ -25,7 +25,7 @@ use super::verdict::so_far::so_far;
 use crate::thresholds::{BY_CHANCE, MISREAD, STRONG};
 use retune::catalogue::did_you_mean;
 use retune::data::{Standing, TestData};
-use retune::effect::{Context, Structure};
+use retune::effect::{Context, Effect, Structure};
 use retune::fault::Tests;
 use retune::linalg::DVector;
 use retune::update::slip_of_unit;
@@ -273,7 +273,7 @@ fn check_places(scene: &Scene, settings: &Settings) -> Result<(), DiagnosisError
             return Err(DiagnosisError::Place { suggestion: did_you_mean(name, known), name: name.clone() });
         }
     }
-    let effects: Vec<&str> = settings.effects.iter().map(|e| e.name()).collect();
+    let effects: Vec<&str> = settings.effects.iter().map(Effect::name).collect();
     if settings.is_narrowed() && !effects.is_empty() && placed(scene, settings).is_empty() {
         let listed = |names: &[&str]| names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
         let places: Vec<&str> = settings.places.iter().map(String::as_str).collect();

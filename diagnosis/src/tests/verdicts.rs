@@ -56,7 +56,7 @@ fn what_is_named_gives_modes_their_partners() {
 #[test]
 fn probabilities_are_odds_times_bayes_factors() {
     let mut outcomes = Vec::new();
-    for only in ["nothing", "mass", "sensor-s"] {
+    for only in ["nothing", "mass", "sensor-s", "scattered-stiffness"] {
         let plan = Plan {
             structures: vec!["cantilever".to_string()],
             null: 2,
@@ -69,8 +69,7 @@ fn probabilities_are_odds_times_bayes_factors() {
     let all: Vec<(&str, &Diagnosis)> =
         outcomes.iter().filter_map(|o| Some((o.id.as_str(), o.diagnosis.as_ref()?))).collect();
     assert!(
-        ["nothing", "scattered-mass", "sensor-sign"].iter().all(|w| all.iter().any(|c| c.0.contains(w)))
-            && all.iter().any(|c| c.0.contains("mass") && !c.0.contains("scattered-mass")),
+        ["nothing", "scattered-", "sensor-sign", "mass-offset"].iter().all(|w| all.iter().any(|c| c.0.contains(w))),
         "{:?}",
         all.iter().map(|c| c.0).collect::<Vec<_>>()
     );
