@@ -354,7 +354,10 @@ mod tests {
     fn one_shape_of_two_stays_with_its_mode() {
         let at_sensors = DMatrix::from_row_slice(4, 3, &[1.0, 0.0, 0.5, 0.0, 1.0, 0.6, 0.3, 0.0, 0.5, 0.0, 0.2, -0.4]);
         let alien = at_sensors.column(2).into_owned();
-        assert!(explain(&at_sensors.columns(0, 2).into_owned(), &DMatrix::from_columns(&[alien.clone()]), 0).is_some());
+        assert!(
+            explain(&at_sensors.columns(0, 2).into_owned(), &DMatrix::from_columns(std::slice::from_ref(&alien)), 0)
+                .is_some()
+        );
         let upper = at_sensors.column(1) + at_sensors.column(0) * 0.02;
         let shapes = DMatrix::from_columns(&[upper, alien]);
         let weights = DMatrix::from_element(4, 2, 50.0);
