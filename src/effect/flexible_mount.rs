@@ -1,9 +1,9 @@
 //! A mass of the file on a spring.
 
-use super::edit::{Edit, NewParameter, PatchError, scalar};
+use super::edit::{Edit, PatchError, scalar};
 use super::location::Location;
-use super::patch::{Builder, Patch, round};
-use super::sprung::{on_springs, squares_of_modes};
+use super::patch::{Builder, Patch};
+use super::sprung::on_springs;
 use super::structure::{PartKind, Structure};
 use super::{About, Effect};
 use crate::element::Dof;
@@ -58,23 +58,10 @@ impl Effect for FlexibleMount {
         let mut b = Builder::new(self.name(), at);
         let about = format!("share of {} that stands on a spring", at.place());
         let p = b.parameter("share", "1", 1.0, [0.0, 1.0], &about);
-        let squares = squares_of_modes(structure);
-        let stiffness = |omega2: f64| round(mass * omega2);
-        let k0 = stiffness(structure.omega2());
-        let k = b.add(NewParameter {
-            name: format!("{}.stiffness", b.stem()),
-            unit: "N/m".to_string(),
-            neutral: k0,
-            typical: k0,
-            bounds: [round(1e-4 * k0), round(1e4 * k0)],
-            grid: squares.into_iter().map(stiffness).collect(),
-            description: format!(
-                "stiffness of the spring under {}; any value is neutral while the share is zero",
-                at.place()
-            ),
-        });
+        let about =
+            format!("stiffness of the spring under {}; any value is neutral while the share is zero", at.place());
         let hosts: Vec<String> = bodies.iter().filter_map(|(body, _)| body.node.clone()).collect();
-        let stores = on_springs(&mut b, structure, &hosts, (dof, &k));
+        let stores = on_springs(&mut b, structure, &hosts, (dof, mass, about));
         for (((body, _), store), name) in bodies.into_iter().zip(stores).zip(&at.names) {
             let moved = format!("{store}.mass");
             b.edit(Edit::AddMass { name: moved.clone(), entry: MassSpec { node: Some(store), ..body.clone() } });

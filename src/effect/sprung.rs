@@ -37,19 +37,8 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
     let (quantity, unit) = if rotation { ("inertia", "kg m2") } else { ("mass", "kg") };
     let about = format!("{quantity} on a spring at {place}");
     let m = b.parameter(quantity, unit, typical, [0.0, 25.0 * typical], &about);
-    let stiffness = |omega2: f64| round(typical * omega2);
-    let squares = squares_of_modes(structure);
-    let k0 = stiffness(structure.omega2());
-    let k = b.add(NewParameter {
-        name: format!("{}.stiffness", b.stem()),
-        unit: if rotation { "N m/rad" } else { "N/m" }.to_string(),
-        neutral: k0,
-        typical: k0,
-        bounds: [round(1e-4 * k0), round(1e4 * k0)],
-        grid: squares.into_iter().map(stiffness).collect(),
-        description: format!("stiffness of the spring at {place}; any value is neutral while the {quantity} is zero"),
-    });
-    let stores = on_springs(&mut b, structure, &at.names, (dof, &k));
+    let about = format!("stiffness of the spring at {place}; any value is neutral while the {quantity} is zero");
+    let stores = on_springs(&mut b, structure, &at.names, (dof, typical, about));
     let mut body = body_at(&stores);
     if rotation {
         let axis = &dof.name()[1..];
@@ -62,15 +51,27 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
     Ok(b.finish())
 }
 
-/// Nodes of their own beside hosts, each on a spring in one direction, and in translation on a link for the others.
+/// Nodes of their own beside hosts, each on a spring of one stiffness in one direction, and in translation on a link for the others. The stiffness is a
+/// parameter, and its grid tunes the body to every mode.
 ///
-/// * `spring` - its direction and the name of its stiffness
+/// * `spring` - its direction, the mass or inertia of the body, and what its stiffness is
 pub(super) fn on_springs(
     b: &mut Builder,
     structure: &Structure<'_>,
     hosts: &[String],
-    (dof, k): (Dof, &str),
+    (dof, body, description): (Dof, f64, String),
 ) -> Vec<String> {
+    let stiffness = |omega2: f64| round(body * omega2);
+    let k0 = stiffness(structure.omega2());
+    let k = b.add(NewParameter {
+        name: format!("{}.stiffness", b.stem()),
+        unit: if dof.is_rotation() { "N m/rad" } else { "N/m" }.to_string(),
+        neutral: k0,
+        typical: k0,
+        bounds: [round(1e-4 * k0), round(1e4 * k0)],
+        grid: squares_of_modes(structure).into_iter().map(stiffness).collect(),
+        description,
+    });
     let suffix = |i: usize| if hosts.len() > 1 { format!(".{}", i + 1) } else { String::new() };
     let mut stores = Vec::new();
     for (i, host) in hosts.iter().enumerate() {
@@ -80,7 +81,10 @@ pub(super) fn on_springs(
         b.edit(Edit::AddNode { name: store.clone(), entry: NodeSpec::Rule(rule) });
         let nodes = Some([host.clone(), store.clone()]);
         let name = format!("{}.spring{}", b.stem(), suffix(i));
-        b.edit(Edit::AddSpring { name, entry: SpringSpec { nodes, k: entry(dof.name(), k), ..SpringSpec::default() } });
+        b.edit(Edit::AddSpring {
+            name,
+            entry: SpringSpec { nodes, k: entry(dof.name(), &k), ..SpringSpec::default() },
+        });
         // Beside the spring's direction the body follows the host, and turns with it.
         let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
         let follows: Vec<DofName> = all
@@ -103,7 +107,7 @@ pub(super) fn on_springs(
 }
 
 /// Where modes lie, as ω²: those of the tests, or some about the lowest of the model.
-pub(super) fn squares_of_modes(structure: &Structure<'_>) -> Vec<f64> {
+fn squares_of_modes(structure: &Structure<'_>) -> Vec<f64> {
     let known = &structure.context().frequencies_hz;
     if known.is_empty() {
         [0.25, 1.0, 4.0, 16.0, 64.0].map(|f| f * structure.omega2()).to_vec()

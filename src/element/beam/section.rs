@@ -164,21 +164,13 @@ fn hinge(input: &ElementInput<'_>, end: usize) -> Result<Option<(f64, [f64; 3])>
     let Some(compliance) = input.values[first].filter(|c| *c != 0.0) else { return Ok(None) };
     let axis = [1, 2, 3].map(|k| input.values[first + k].unwrap_or(0.0));
     let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let refused =
+        |expected| Err(ElementError::OutOfDomain { name: PROPERTIES[first].name, value: compliance, expected });
     if !(length > 0.0 && length.is_finite()) {
-        let name = PROPERTIES[first].name;
-        return Err(ElementError::OutOfDomain {
-            name,
-            value: compliance,
-            expected: "an axis beside it: `hinge_x`, `hinge_y` and `hinge_z` of this end",
-        });
+        return refused("an axis beside it: `hinge_x`, `hinge_y` and `hinge_z` of this end");
     }
     if (3..6).any(|d| input.values[END_COMPLIANCE + 6 * end + d].is_some_and(|c| c != 0.0)) {
-        let name = PROPERTIES[first].name;
-        return Err(ElementError::OutOfDomain {
-            name,
-            value: compliance,
-            expected: "no flexibility about x, y or z beside it at this end",
-        });
+        return refused("no flexibility about x, y or z beside it at this end");
     }
     Ok(Some((compliance, axis.map(|x| x / length))))
 }
