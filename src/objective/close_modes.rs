@@ -17,6 +17,7 @@
 //! P. H. Schönemann, A generalized solution of the orthogonal Procrustes problem, Psychometrika 31, 1966; for modes: M. I.
 //! Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995, section 4.5.
 
+use crate::correlation::mac_matrix;
 use crate::linalg::{DMatrix, DVector};
 use crate::modal::Modes;
 
@@ -140,15 +141,16 @@ pub(super) fn turning(at_sensors: &DMatrix<f64>, cluster: &[usize], measured: Me
     let tests = measured.shapes;
     let seen = &at_sensors.select_columns(cluster);
     let counts = |j: &usize| measured.only.is_none_or(|only| only.contains(j));
-    let is_of_others = |j: usize, share: f64| {
-        let others = (0..at_sensors.ncols()).filter(|k| !cluster.contains(k));
-        measured.only.is_none() && others.into_iter().any(|k| mac(at_sensors, k, tests, j) > share)
-    };
     let mut found: Vec<(f64, usize, DVector<f64>)> = (0..tests.ncols())
         .filter(counts)
         .filter_map(|j| explain(seen, tests, j).map(|(share, b)| (share, j, b)))
-        .filter(|(share, j, _)| !is_of_others(*j, *share))
         .collect();
+    if measured.only.is_none() && !found.is_empty() {
+        let mac = mac_matrix(at_sensors, tests);
+        let is_of_another =
+            |share: f64, j: usize| (0..mac.nrows()).any(|k| !cluster.contains(&k) && mac[(k, j)] > share);
+        found.retain(|(share, j, _)| !is_of_another(*share, *j));
+    }
     found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     found.truncate(seen.ncols());
     if found.is_empty() {
@@ -159,16 +161,6 @@ pub(super) fn turning(at_sensors: &DMatrix<f64>, cluster: &[usize], measured: Me
     let columns: Vec<usize> = found.iter().map(|f| f.1).collect();
     let q = nearest_orthogonal(&DMatrix::from_columns(&found.into_iter().map(|f| f.2).collect::<Vec<_>>()))?;
     Some(in_places(&settled(seen, q, measured, &columns), columns.len()))
-}
-
-/// MAC of a mode with a test shape, at the sensors that measured this.
-fn mac(at_sensors: &DMatrix<f64>, mode: usize, tests: &DMatrix<f64>, test: usize) -> f64 {
-    let measured = (0..tests.nrows()).filter(|&i| !tests[(i, test)].is_nan());
-    let [cross, own, other] = measured.fold([0.0; 3], |[c, a, b], i| {
-        let (x, y) = (at_sensors[(i, mode)], tests[(i, test)]);
-        [c + x * y, a + x * x, b + y * y]
-    });
-    if own * other > 0.0 { cross * cross / (own * other) } else { 0.0 }
 }
 
 /// Q with its first columns, those of test shapes, in the places of the modes that they are most like: ascending places p that have the largest Σ q_pk².
@@ -365,7 +357,7 @@ mod tests {
         let q = turning(&at_sensors, &[0, 1], measured).unwrap();
         assert!((q.transpose() * &q - DMatrix::identity(2, 2)).amax() < 1e-12);
         let turned = at_sensors.columns(0, 2) * &q;
-        assert!(mac(&turned, 1, &shapes, 0) > 1.0 - 1e-12 && q[(1, 1)].abs() > 0.99, "{q}");
+        assert!(mac_matrix(&turned, &shapes)[(1, 0)] > 1.0 - 1e-12 && q[(1, 1)].abs() > 0.99, "{q}");
     }
 
     #[test]
