@@ -296,15 +296,18 @@ fn rooms_of_the_diagnosis_stand_on_each_other() {
 /// Cargo does not look for tests here (`autotests = false`), so that a file that nobody names would never run.
 #[test]
 fn every_file_of_tests_is_run() {
-    let (all, manifest) = (root().join("tests/all.rs"), root().join("Cargo.toml"));
-    let (all, manifest) = (fs::read_to_string(all).unwrap(), fs::read_to_string(manifest).unwrap());
-    for entry in fs::read_dir(root().join("tests")).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let is_test = path.extension().is_some_and(|e| e == "rs") || path.join("main.rs").exists();
-        let is_run =
-            all.contains(&format!("\nmod {name};")) || manifest.contains(&format!("[[test]]\nname = \"{name}\""));
-        assert!(!is_test || is_run, "tests/{name} is named neither in tests/all.rs nor in Cargo.toml");
+    for package in [root(), root().join("cli")] {
+        let (tests, manifest) = (package.join("tests"), package.join("Cargo.toml"));
+        let (all, manifest) = (tests.join("all.rs"), fs::read_to_string(manifest).unwrap());
+        let all = fs::read_to_string(all).unwrap();
+        for entry in fs::read_dir(&tests).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            let is_test = path.extension().is_some_and(|e| e == "rs") || path.join("main.rs").exists();
+            let is_run =
+                all.contains(&format!("\nmod {name};")) || manifest.contains(&format!("[[test]]\nname = \"{name}\""));
+            assert!(!is_test || is_run, "{} is named neither in tests/all.rs nor in Cargo.toml", path.display());
+        }
     }
 }
 

@@ -1,8 +1,6 @@
 //! A batch in shards: what they give together is what one run prints, to the byte; what is there is not done again, and what is wrong is a result.
 
-mod common;
-
-use common::run;
+use crate::common::run;
 use std::fs;
 
 #[test]

@@ -1,8 +1,6 @@
 //! The way of a deck through the command: import, proof, update by hand, export, import once more.
 
-mod common;
-
-use common::run;
+use crate::common::run;
 use std::f64::consts::TAU;
 use std::fs;
 

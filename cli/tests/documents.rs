@@ -11,7 +11,7 @@
 //! text,shown         lines that other machines may print with other digits: shown only, as console, python and others
 //! ```
 //!
-//! Commands are those of `retune`, `cd`, and `sed -i '/FIRST/,/LAST/ s/one/other/' FILE`. A command may end in `# exit code N`. Pages of the reference are written anew by `RETUNE_WRITE=1 cargo test -p retune-cli --test documents`.
+//! Commands are those of `retune`, `cd`, and `sed -i '/FIRST/,/LAST/ s/one/other/' FILE`. A command may end in `# exit code N`. Pages of the reference are written anew by `RETUNE_WRITE=1 cargo test -p retune-cli --test all documents`.
 
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -266,7 +266,7 @@ fn the_reference_is_what_the_command_writes() {
         .collect();
     assert!(
         stale.is_empty(),
-        "docs/reference is not what the command writes: {}; `RETUNE_WRITE=1 cargo test -p retune-cli --test documents` writes it anew",
+        "docs/reference is not what the command writes: {}; `RETUNE_WRITE=1 cargo test -p retune-cli --test all documents` writes it anew",
         stale.join(", ")
     );
 }
@@ -331,7 +331,7 @@ fn the_reference_has_the_json_of_every_verb() {
     run(folder.path(), "init beam");
     run(folder.path(), "export model.yaml --matrices -o matrices");
     let mut text = String::from(
-        "<!-- Written by `RETUNE_WRITE=1 cargo test -p retune-cli --test documents`; a test compares. -->\n\n# JSON of every verb\n\n\
+        "<!-- Written by `RETUNE_WRITE=1 cargo test -p retune-cli --test all documents`; a test compares. -->\n\n# JSON of every verb\n\n\
          Keys of what verbs print with `--json`, as these commands print them on the project that `retune init beam` writes. `[]` stands \
          for every entry of a list. Where a key has no value it is `null` or absent. Quantities are in SI unless the key names a unit.\n",
     );
@@ -348,7 +348,7 @@ fn the_reference_has_the_json_of_every_verb() {
     }
     assert!(
         committed_or_written("json.md", &text),
-        "docs/reference/json.md is not what the verbs print; `RETUNE_WRITE=1 cargo test -p retune-cli --test documents` writes it anew"
+        "docs/reference/json.md is not what the verbs print; `RETUNE_WRITE=1 cargo test -p retune-cli --test all documents` writes it anew"
     );
 }
 

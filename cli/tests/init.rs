@@ -1,8 +1,6 @@
 //! `retune init`: what it writes is sound, what it prints as next steps runs, and nothing is ever overwritten.
 
-mod common;
-
-use common::run;
+use crate::common::run;
 use std::fs;
 use std::path::Path;
 

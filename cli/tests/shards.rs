@@ -1,8 +1,6 @@
 //! A benchmark in shards: what they give together is what one run prints, and what is not all of one run is refused.
 
-mod common;
-
-use common::run;
+use crate::common::run;
 use std::fs;
 
 /// Four cases, with their whole diagnoses.

@@ -2,7 +2,7 @@
 
 use super::edit::PatchError;
 use super::flow::number;
-use super::location::{ABOUT, ALL_AXES, BENDING, Location};
+use super::location::{ABOUT, ALL_AXES, BENDING, Location, LocationKind};
 use super::patch::{Builder, Patch, entry};
 use super::structure::{End, Joint, Structure};
 use crate::element::Dof;
@@ -26,7 +26,10 @@ pub(super) fn flexible_end(
     least: impl Fn(Dof) -> f64,
 ) -> Result<Patch, PatchError> {
     let unknown = || PatchError::unknown_place(effect, &at.to_string(), &[]);
-    let ends = at.names.iter().map(|n| structure.end(n).ok_or_else(unknown)).collect::<Result<Vec<_>, _>>()?;
+    let ends = match (at.kind, Dof::from_name(at.direction())) {
+        (LocationKind::Group, Some(dof)) => at.names.iter().flat_map(|n| structure.connections_of(n, dof)).collect(),
+        _ => at.names.iter().map(|n| structure.end(n).ok_or_else(unknown)).collect::<Result<Vec<_>, _>>()?,
+    };
     let first = ends.first().ok_or_else(unknown)?;
     if let Some(axis) = ABOUT.iter().position(|about| *about == at.direction()) {
         return Ok(hinged_end(effect, structure, at, (&ends, axis)));
@@ -84,11 +87,19 @@ fn hinged_end(effect: &str, structure: &Structure<'_>, at: &Location, (ends, axi
     b.finish()
 }
 
-/// Adds properties to the elements of ends, each by an override of its own.
+/// Adds properties to the elements of ends: one override for all to which the same is added.
 fn change_ends(b: &mut Builder, structure: &Structure<'_>, ends: &[&End], of: impl Fn(&End) -> Named<Scalar>) {
-    for (i, end) in ends.iter().enumerate() {
-        let element = structure.element_of_file(end.element).to_string();
-        let suffix = if ends.len() > 1 { format!(".{}", i + 1) } else { String::new() };
-        b.change(&suffix, &[element], OverrideSpec { add: of(end), ..OverrideSpec::default() });
+    let mut changes: Vec<(Named<Scalar>, Vec<String>)> = Vec::new();
+    for end in ends {
+        let (add, element) = (of(end), structure.element_of_file(end.element).to_string());
+        match changes.iter_mut().find(|(known, _)| *known == add) {
+            Some((_, elements)) => elements.push(element),
+            None => changes.push((add, vec![element])),
+        }
+    }
+    let several = changes.len() > 1;
+    for (i, (add, elements)) in changes.into_iter().enumerate() {
+        let suffix = if several { format!(".{}", i + 1) } else { String::new() };
+        b.change(&suffix, &elements, OverrideSpec { add, ..OverrideSpec::default() });
     }
 }

@@ -43,7 +43,9 @@ impl Effect for JointFlexibility {
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let mut all = structure.end_places(Joint::Member, &[Dof::Rx, Dof::Ry, Dof::Rz]);
         // Twist gives alike at either end: both together are as one.
-        all.extend(structure.both_ends(Joint::Member, &[Dof::Ry, Dof::Rz]));
+        let bending = [Dof::Ry, Dof::Rz];
+        all.extend(structure.both_ends(Joint::Member, &bending));
+        all.extend(structure.connections(&bending, &all));
         all
     }
 

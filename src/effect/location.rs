@@ -90,6 +90,11 @@ impl Location {
         self.direction() == ALL_AXES
     }
 
+    /// Whether an effect acts there along, or about, an axis.
+    pub(super) fn is_along(&self, dof: Dof) -> bool {
+        self.has_all_axes() || self.direction() == dof.name()
+    }
+
     /// Whether it is of the same kind, in the same direction and configuration, at as many things.
     pub fn is_like(&self, other: &Self) -> bool {
         (self.kind, self.direction(), &self.configuration, self.names.len())

@@ -1,4 +1,4 @@
-//! The known mass of one test that is not what the file says.
+//! A mass that is not what the file says: the known mass of one test, or members and parts of another density.
 
 use super::edit::{PatchError, scalar};
 use super::location::Location;
@@ -10,7 +10,7 @@ use crate::model::spec::OverrideSpec;
 /// How much less and more than stated a mass may be, of itself.
 const BOUNDS: [f64; 2] = [-0.95, 3.0];
 
-#[doc = "A mass that one configuration brings, the known mass of a test, lighter or heavier than the file says."]
+#[doc = "A mass that is not what the file says: one that a configuration brings, or members, rods or solid parts of another density."]
 #[derive(Debug, Clone, Copy)]
 pub struct MassChange;
 
@@ -21,13 +21,14 @@ impl Effect for MassChange {
 
     fn about(&self) -> About {
         About {
-            summary: "A mass that one configuration brings, the known mass of a test, lighter or heavier than the file says: a wrong \
-                    weight on the tip, ballast that was left in.",
-            signature: "Moves the modes of the tests made in that configuration, in proportion to the square of their shape at the \
-                    mass, and of no other test.",
-            formulation: "The mass matrix of the point mass is multiplied by 1 + p, -0.95 <= p <= 3; p = 0 leaves it. More mass in all \
-                    configurations is a point-mass, less an absent-mass.",
-            confusable: &["point-mass", "stiffness-change", "mass-offset"],
+            summary: "A mass that is not what the file says: one that a configuration brings, a wrong weight on the tip, ballast that was \
+                    left in; members, rods or solid parts of another density.",
+            signature: "Moves the modes in which the part moves, in proportion to the square of their shape there; of what one configuration \
+                    brings only those of the tests made in it.",
+            formulation: "The mass matrices of the part are multiplied by 1 + p, -0.95 <= p <= 3, rotary inertia of sections with them; p = 0 \
+                    leaves it. More of a mass that stands in all configurations is a point-mass, less an absent-mass. Of beams and shells a \
+                    distributed-mass, which has no rotary inertia, is the simpler and is named where it says as much.",
+            confusable: &["distributed-mass", "point-mass", "stiffness-change", "mass-offset"],
             references: &[
                 "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",
                 "J. A. Brandon, Strategies for Structural Dynamic Modification, 1990",
@@ -35,10 +36,18 @@ impl Effect for MassChange {
         }
     }
 
+    /// Without rotary inertia.
+    fn becomes(&self) -> &'static [&'static str] {
+        &["distributed-mass"]
+    }
+
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         structure.places(|p| {
             let is_own = p.kind == PartKind::Mass && structure.context().is_own_mass(&p.name);
-            (is_own || structure.is_of_matrices(p)) && p.elements.iter().any(|&e| structure.is_heavy(e))
+            let is_solid = || p.elements.iter().all(|&e| structure.is_solid(e));
+            let has_a_density = || p.kind == PartKind::Group || p.kind != PartKind::Mass && is_solid();
+            (is_own || structure.is_of_matrices(p) || has_a_density())
+                && p.elements.iter().any(|&e| structure.is_heavy(e))
         })
     }
 

@@ -38,7 +38,7 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
     let about = format!("{quantity} on a spring at {place}");
     let m = b.parameter(quantity, unit, typical, [0.0, 25.0 * typical], &about);
     let about = format!("stiffness of the spring at {place}; any value is neutral while the {quantity} is zero");
-    let stores = on_springs(&mut b, structure, &at.names, (dof, typical, about));
+    let stores = on_springs(&mut b, structure, &at.names, (&[dof], typical, |_| about.clone()));
     let mut body = body_at(&stores);
     if rotation {
         let axis = &dof.name()[1..];
@@ -51,27 +51,36 @@ pub(super) fn store_patch(effect: &str, structure: &Structure<'_>, at: &Location
     Ok(b.finish())
 }
 
-/// Nodes of their own beside hosts, each on a spring of one stiffness in one direction, and in translation on a link for the others. The stiffness is a
-/// parameter, and its grid tunes the body to every mode.
+/// Nodes of their own beside hosts, each on a spring of one stiffness in a direction, or in each of several, and in translation on a link for the
+/// others. A stiffness is a parameter, and its grid tunes the body to every mode.
 ///
-/// * `spring` - its direction, the mass or inertia of the body, and what its stiffness is
+/// * `spring` - its directions, the mass or inertia of the body, and what its stiffness is, along one of several
 pub(super) fn on_springs(
     b: &mut Builder,
     structure: &Structure<'_>,
     hosts: &[String],
-    (dof, body, description): (Dof, f64, String),
+    (dofs, body, about): (&[Dof], f64, impl Fn(&str) -> String),
 ) -> Vec<String> {
     let stiffness = |omega2: f64| round(body * omega2);
     let k0 = stiffness(structure.omega2());
-    let k = b.add(NewParameter {
-        name: format!("{}.stiffness", b.stem()),
-        unit: if dof.is_rotation() { "N m/rad" } else { "N/m" }.to_string(),
-        neutral: k0,
-        typical: k0,
-        bounds: [round(1e-4 * k0), round(1e4 * k0)],
-        grid: squares_of_modes(structure).into_iter().map(stiffness).collect(),
-        description,
-    });
+    let rotation = dofs.iter().any(|dof| dof.is_rotation());
+    let mut k = Named::new();
+    for dof in dofs {
+        let (of, along) = match dofs {
+            [_] => (String::new(), String::new()),
+            _ => (format!("_{dof}"), format!(" along {}", &dof.name()[1..])),
+        };
+        let name = b.add(NewParameter {
+            name: format!("{}.stiffness{of}", b.stem()),
+            unit: if rotation { "N m/rad" } else { "N/m" }.to_string(),
+            neutral: k0,
+            typical: k0,
+            bounds: [round(1e-4 * k0), round(1e4 * k0)],
+            grid: squares_of_modes(structure).into_iter().map(stiffness).collect(),
+            description: about(&along),
+        });
+        k.extend(entry(dof.name(), &name));
+    }
     let suffix = |i: usize| if hosts.len() > 1 { format!(".{}", i + 1) } else { String::new() };
     let mut stores = Vec::new();
     for (i, host) in hosts.iter().enumerate() {
@@ -81,15 +90,12 @@ pub(super) fn on_springs(
         b.edit(Edit::AddNode { name: store.clone(), entry: NodeSpec::Rule(rule) });
         let nodes = Some([host.clone(), store.clone()]);
         let name = format!("{}.spring{}", b.stem(), suffix(i));
-        b.edit(Edit::AddSpring {
-            name,
-            entry: SpringSpec { nodes, k: entry(dof.name(), &k), ..SpringSpec::default() },
-        });
-        // Beside the spring's direction the body follows the host, and turns with it.
+        b.edit(Edit::AddSpring { name, entry: SpringSpec { nodes, k: k.clone(), ..SpringSpec::default() } });
+        // Beside the spring's directions the body follows the host, and turns with it.
         let all = [DofName::Ux, DofName::Uy, DofName::Uz, DofName::Rx, DofName::Ry, DofName::Rz];
         let follows: Vec<DofName> = all
             .into_iter()
-            .filter(|d| !dof.is_rotation() && Dof::from(*d) != dof && active(structure, Dof::from(*d)))
+            .filter(|d| !rotation && !dofs.contains(&Dof::from(*d)) && active(structure, Dof::from(*d)))
             .collect();
         if !follows.is_empty() {
             let name = format!("{}.link{}", b.stem(), suffix(i));

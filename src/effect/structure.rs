@@ -1,6 +1,7 @@
 //! What an effect may ask of a model: its parts by name, their symmetric partners, what moves and what deforms.
 
 mod bodies;
+mod connections;
 mod cuts;
 mod finer;
 mod groups;

@@ -201,15 +201,11 @@ pub(super) fn evaluate_anew(
 /// The sizes at which a candidate is tried: (values, whether only this sign).
 pub(crate) fn steps(candidate: &Candidate) -> Vec<(Vec<f64>, bool)> {
     let p = &candidate.parameters;
-    let typical: Vec<f64> = p.iter().map(|p| p.typical).collect();
     let mut out = Vec::new();
-    if let Some(g) = p.iter().position(|p| !p.grid.is_empty()) {
-        for &value in &p[g].grid {
-            let mut v = typical.clone();
-            v[g] = value;
-            out.push((v, true));
-        }
-        return out;
+    // Several springs of one body are tuned alike.
+    if let Some(gridded) = p.iter().find(|p| !p.grid.is_empty()) {
+        let at = |i: usize| p.iter().map(|p| p.grid.get(i).copied().unwrap_or(p.typical)).collect();
+        return (0..gridded.grid.len()).map(|i| (at(i), true)).collect();
     }
     let along = |k: Option<usize>, t: f64| -> Vec<f64> {
         p.iter()

@@ -45,17 +45,28 @@ pub(crate) fn start_sizes(candidate: &Candidate, screened: &Screened, score: Opt
         });
         out.push(clamp(scaled.collect()));
     }
-    let gridded = p.iter().position(|p| !p.grid.is_empty());
+    let gridded = p.iter().find(|p| !p.grid.is_empty());
     let far = if p.iter().all(NewParameter::spans_decades) { &FAR[..] } else { &[] };
     for factor in LADDER.iter().chain(far).copied() {
         let at = |t: f64| p.iter().map(|p| p.neutral + t * (p.typical - p.neutral)).collect::<Vec<f64>>();
         match gridded {
-            Some(g) => {
+            Some(gridded) => {
                 // The grid belongs to the typical size: a body of twice the mass keeps its frequency on twice the spring.
-                for &value in &p[g].grid {
-                    let mut v = at(factor);
-                    v[g] = factor * value;
-                    out.push(clamp(v));
+                let springs: Vec<usize> = (0..p.len()).filter(|&k| !p[k].grid.is_empty()).collect();
+                let tuned = |i: usize, rigid: Option<usize>| {
+                    let size = |(k, typical): (usize, f64)| match p[k].grid.get(i) {
+                        Some(_) if rigid == Some(k) => p[k].bounds[1],
+                        Some(value) => factor * value,
+                        None => typical,
+                    };
+                    clamp(at(factor).into_iter().enumerate().map(size).collect())
+                };
+                for i in 0..gridded.grid.len() {
+                    out.push(tuned(i, None));
+                    // On springs in several directions it may give in some of them.
+                    if springs.len() > 1 {
+                        out.extend(springs.iter().map(|&k| tuned(i, Some(k))));
+                    }
                 }
             }
             None => {

@@ -95,3 +95,43 @@ fn a_column_that_is_turned_is_found() {
         assert!(d.hypotheses[0].interval.unwrap()[1] > 0.99, "{seed}");
     }
 }
+
+/// A frame of two storeys.
+///
+/// * `ends` - of its beams: left and right of the lower, then of the upper
+fn storeys(nodes: &str, [a, b, c, d]: [&str; 4], more: &str) -> Model {
+    model(&format!(
+        "retune: 1\nname: storeys\nparameters:\n  E: {{value: 205 GPa, bounds: [185 GPa, 225 GPa]}}\n\
+         nodes: {{l0: [0, 0, 0], l1: [0, 0, 1], l2: [0, 0, 2], r0: [1.5, 0, 0], r1: [1.5, 0, 1], r2: [1.5, 0, 2], m1: [0.7, 0, 1], m2: [0.7, 0, 2]{nodes}}}\n\
+         sections:\n  column: {{E: E, nu: 0.3, density: 7850 kg/m3, shape: {{rectangle: {{width: 70 mm, height: 50 mm}}}}}}\n  \
+         beam: {{E: 205 GPa, nu: 0.3, density: 7850 kg/m3, shape: {{rectangle: {{width: 40 mm, height: 60 mm}}}}}}\n\
+         beams:\n  left: {{chain: [l0, l1, l2], section: column, orientation: [1, 0, 0], subdivide: 2}}\n  \
+         right: {{chain: [r0, r1, r2], section: column, orientation: [1, 0, 0], subdivide: 2}}\n  \
+         lower: {{chain: [{a}, m1, {b}], section: beam, orientation: [0, 0, 1], subdivide: 2}}\n  \
+         upper: {{chain: [{c}, m2, {d}], section: beam, orientation: [0, 0, 1], subdivide: 2}}\n\
+         masses: {{load: {{node: m1, mass: 20 kg}}}}\n{more}supports: {{feet: {{nodes: [l0, r0]}}}}\n"
+    ))
+}
+
+#[test]
+fn beams_that_are_bolted_at_all_their_ends_are_found() {
+    let base = storeys("", ["l1", "r1", "l2", "r2"], "");
+    let (mut nodes, mut links, mut springs) = (String::new(), String::new(), String::new());
+    for (bolted, node, x, z) in [("a", "l1", 0.0, 1), ("b", "r1", 1.5, 1), ("c", "l2", 0.0, 2), ("d", "r2", 1.5, 2)] {
+        nodes += &format!(", {bolted}: [{x}, 0, {z}]");
+        links += &format!("  {bolted}: {{master: {node}, slaves: [{bolted}], dofs: [ux, uy, uz, rx, rz]}}\n");
+        springs += &format!("  {bolted}: {{nodes: [{node}, {bolted}], k: {{ry: 2.5e5}}}}\n");
+    }
+    let truth = storeys(&nodes, ["a", "b", "c", "d"], &format!("rigid_links:\n{links}springs:\n{springs}"));
+    for &seed in first(1, &[1, 2, 3]) {
+        let sensors = retune::update::node_sensors(&base);
+        let mut test = twin_modes(&truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
+        test.modes.iter_mut().for_each(|m| m.label = None);
+        let d = told(&base, &test);
+        let first = &d.hypotheses[0];
+        let id = "joint-flexibility@beam.all.ry";
+        assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, id), "{seed}");
+        let [low, high] = first.interval.unwrap();
+        assert!((1.0 / 2.5e5 - 0.5 * (low + high)).abs() < high - low, "{seed}: {low} {high}");
+    }
+}

@@ -39,6 +39,30 @@ fn a_pump_on_a_bracket_that_gives_is_found() {
     }
 }
 
+#[test]
+fn a_pump_on_isolators_that_give_in_two_directions_is_found() {
+    let base = portal("rigid_links: {isolators: {master: g, slaves: [p]}}\n");
+    // 12 Hz and 36 Hz alone.
+    let truth = portal(
+        "rigid_links: {isolators: {master: g, slaves: [p], dofs: [uy, rx, ry, rz]}}\n\
+         springs: {isolators: {nodes: [g, p], k: {ux: 1.42e5, uz: 1.28e6}}}\n",
+    );
+    for &seed in first(1, &[1, 2, 3]) {
+        let sensors: Vec<_> =
+            retune::update::node_sensors(&base).into_iter().filter(|s| !s.name.starts_with("p.")).collect();
+        let mut test = twin_modes(&truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
+        test.modes.iter_mut().for_each(|m| m.label = None);
+        let d = told(&base, &test);
+        let first = &d.hypotheses[0];
+        assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "flexible-mount@pump.all_axes"), "{seed}");
+        let estimate = |name: &str| first.estimates.iter().find(|e| e.parameter.ends_with(name)).unwrap().interval;
+        for (name, known) in [("stiffness_ux", 1.42e5), ("stiffness_uz", 1.28e6)] {
+            let [low, high] = estimate(name);
+            assert!((known - 0.5 * (low + high)).abs() < high - low, "{seed}: {name} {low} {high}");
+        }
+    }
+}
+
 /// A swept fin with a tailplane on top.
 fn tail(top: &str, joint: &str) -> Model {
     model(&format!(

@@ -1,7 +1,7 @@
 //! What a diagnosis and a history of learning say on a terminal.
 
 use super::{Align, Cell, Style, Table, Tone, bar, brief, broken, chance, number, printable, wrap};
-use crate::data::{Category, Damping, Diagnosis, Estimate, Hypothesis, Outcome, Steps};
+use crate::data::{Category, Damping, Diagnosis, Estimate, Hypothesis, Outcome, Step, Steps};
 use retune::correlation::odds;
 use retune::effect::{Effect, Effects};
 use std::fmt::Write as _;
@@ -284,7 +284,29 @@ pub fn steps(s: &Steps, style: &Style) -> String {
         out.push('\n');
         out.push_str(&table.render(style));
     }
+    for note in rises(s) {
+        paragraph(&mut out, &note, style);
+    }
     out
+}
+
+/// Why a misfit may rise from one step to the next, and in which mode it does most.
+fn rises(s: &Steps) -> Vec<String> {
+    /// A larger misfit by less than this share is rounding of the fit.
+    const VISIBLE: f64 = 0.01;
+    let steps = s.steps.windows(2).enumerate().filter(|(_, w)| w[1].misfit > (1.0 + VISIBLE) * w[0].misfit);
+    let one = |(i, w): (usize, &[Step])| {
+        let risen = |m: &usize| Some(w[1].per_mode.get(*m).copied()?? - w[0].per_mode.get(*m).copied()?.unwrap_or(0.0));
+        let most = (0..s.mode_labels.len())
+            .filter_map(|m| Some((m, risen(&m)?)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map_or_else(String::new, |(m, _)| format!(", most in {}", s.mode_labels[m]));
+        format!(
+            "note: the misfit rises from step {i} to step {}{most}: at every step modes are paired anew, and each has the misfit of its own pairs",
+            i + 1
+        )
+    };
+    steps.map(one).collect()
 }
 
 #[cfg(test)]
@@ -330,6 +352,21 @@ mod tests {
                 assert!(text.contains(word), "{word} at {width}:\n{text}");
             }
             assert!(text.lines().all(|l| l.width() <= width), "{width}: {text}");
+            assert!(!text.contains("rises"), "{text}");
         }
+    }
+
+    /// A misfit that rises looks like a fault of the fit: the step that does says why.
+    #[test]
+    fn a_step_that_rises_says_why_and_where() {
+        let mut data = wing::report().steps.unwrap();
+        data.steps[1].misfit = 2.0 * data.steps[0].misfit;
+        data.steps[1].per_mode[1] = Some(1e3);
+        let text = steps(&data, &Style { color: false, width: 400 });
+        let told = format!(
+            "rises from step 0 to step 1, most in {}: at every step modes are paired anew",
+            data.mode_labels[1]
+        );
+        assert!(text.contains(&told), "{text}");
     }
 }

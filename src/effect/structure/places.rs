@@ -55,8 +55,7 @@ impl Structure<'_> {
         acts: impl Fn(usize, Dof) -> bool,
     ) -> Vec<Dof> {
         let node = at.names.first().and_then(|name| self.model.geometry().node(name));
-        let is_asked = |dof: Dof| at.direction() == ALL_AXES || at.direction() == dof.name();
-        let acts = |&dof: &Dof| is_asked(dof) && node.is_some_and(|n| acts(n, dof));
+        let acts = |&dof: &Dof| at.is_along(dof) && node.is_some_and(|n| acts(n, dof));
         dofs.iter().copied().filter(acts).collect()
     }
 
@@ -90,22 +89,21 @@ impl Structure<'_> {
         self.these_parts(|p| p.kind == PartKind::Cut && p.elements.iter().any(|&e| self.deforms(e)))
     }
 
+    /// Point masses in each direction in which an effect can act on them; where places are wider, those with several directions in all of them at once.
+    ///
+    /// * `acts` - whether it can act on a mass in a direction
+    pub(in crate::effect) fn masses_along(&self, dofs: &[Dof], acts: impl Fn(&Part, Dof) -> bool) -> Vec<Location> {
+        let masses = |accept: &dyn Fn(&Part) -> bool| arranged(&self.parts, |p| p.kind == PartKind::Mass && accept(p));
+        if self.is_wider {
+            let several = masses(&|p| dofs.iter().filter(|&&dof| acts(p, dof)).nth(1).is_some());
+            return several.into_iter().map(|at| at.along(ALL_AXES)).collect();
+        }
+        let along = |&dof: &Dof| masses(&|p| acts(p, dof)).into_iter().map(move |at| at.along(dof.name()));
+        dofs.iter().flat_map(along).collect()
+    }
+
     fn these_parts(&self, accept: impl Fn(&Part) -> bool) -> Vec<Location> {
-        let parts = if self.is_wider { &self.spans } else { &self.parts };
-        let accepted = |i: &usize| accept(&parts[*i]);
-        let partner = |i: usize| parts[i].partner.filter(|j| accepted(j));
-        arrange((0..parts.len()).filter(accepted), partner)
-            .into_iter()
-            .map(|at| {
-                let kind = match parts[at[0]].kind {
-                    PartKind::Element => LocationKind::Element,
-                    PartKind::Chain | PartKind::Line | PartKind::Span | PartKind::Cut => LocationKind::Chain,
-                    PartKind::Group => LocationKind::Group,
-                    PartKind::Mass => LocationKind::Mass,
-                };
-                Location::new(kind, at.into_iter().map(|p| parts[p].name.clone()).collect())
-            })
-            .collect()
+        arranged(if self.is_wider { &self.spans } else { &self.parts }, accept)
     }
 
     /// Whole members of beams with a property.
@@ -289,6 +287,24 @@ impl Structure<'_> {
         let names = ends.iter().map(|&i| self.end_name(&self.ends[i])).collect();
         Location::new(LocationKind::End, names).along(direction)
     }
+}
+
+/// Parts with a property, symmetric partners together before each alone.
+fn arranged(parts: &[Part], accept: impl Fn(&Part) -> bool) -> Vec<Location> {
+    let accepted = |i: &usize| accept(&parts[*i]);
+    let partner = |i: usize| parts[i].partner.filter(|j| accepted(j));
+    arrange((0..parts.len()).filter(accepted), partner)
+        .into_iter()
+        .map(|at| {
+            let kind = match parts[at[0]].kind {
+                PartKind::Element => LocationKind::Element,
+                PartKind::Chain | PartKind::Line | PartKind::Span | PartKind::Cut => LocationKind::Chain,
+                PartKind::Group => LocationKind::Group,
+                PartKind::Mass => LocationKind::Mass,
+            };
+            Location::new(kind, at.into_iter().map(|p| parts[p].name.clone()).collect())
+        })
+        .collect()
 }
 
 /// Items with their partners first, then each of them alone; an item without a partner stands alone.

@@ -25,6 +25,14 @@ impl Structure<'_> {
         self.model.elements()[element].kind.properties().iter().any(|p| p.name == "bending_factor")
     }
 
+    /// Whether an element is a solid.
+    pub fn is_solid(&self, element: usize) -> bool {
+        /// Fewest nodes of a solid.
+        const FEWEST: usize = 4;
+        let e = &self.model.elements()[element];
+        e.nodes.len() >= FEWEST && e.matrices.is_none() && !self.is_shell(element)
+    }
+
     /// Area of the shells among these elements by their corners, m².
     pub(in crate::effect) fn area(&self, elements: &[usize]) -> f64 {
         let of = |&e: &usize| {

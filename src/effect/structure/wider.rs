@@ -1,12 +1,12 @@
-//! The wider places of a structure: a few successive elements, larger patches, ends that give about both axes of bending or in all directions, nodes with
-//! all axes, nodes inside of elements.
+//! The wider places of a structure: a few successive elements, larger patches, ends that give about both axes of bending or in all directions, nodes and
+//! masses with all axes, nodes inside of elements.
 
 use super::Structure;
 use crate::effect::location::{ABOUT, ALL_AXES, BENDING, Location, LocationKind};
 
 impl Structure<'_> {
     /// The same structure with other places for effects: spans and larger patches for parts, ends that give about both axes of bending or in all
-    /// directions, nodes with all axes, nodes inside of elements.
+    /// directions, nodes and masses with all axes, nodes inside of elements.
     #[must_use]
     pub fn on_wider_places(mut self) -> Self {
         self.is_wider = true;
@@ -27,9 +27,9 @@ impl Structure<'_> {
         self.is_wider
     }
 
-    /// Whether a location is one of [`Self::on_wider_places`], and has one of these nodes, or an element of one of these.
+    /// Whether a location is one of [`Self::on_wider_places`], and has one of these nodes or masses, or an element of one of these.
     ///
-    /// * `near` - names of nodes, elements, members, spans or ends; none for all
+    /// * `near` - names of nodes, masses, elements, members, spans or ends; none for all
     pub(in crate::effect) fn is_wide_and_near(&self, at: &Location, near: Option<&[String]>) -> bool {
         if at.kind == LocationKind::Node {
             let of_near = |node: usize| {
@@ -43,6 +43,10 @@ impl Structure<'_> {
             };
             let is_wide = at.direction() == ALL_AXES || at.names.iter().any(is_inside);
             return is_wide && at.names.iter().any(is_near);
+        }
+        if at.kind == LocationKind::Mass {
+            let is_near = |name: &String| near.is_none_or(|near| near.contains(name));
+            return at.direction() == ALL_AXES && at.names.iter().any(is_near);
         }
         let is_wide_end = || matches!(at.direction(), BENDING | ALL_AXES) || ABOUT.contains(&at.direction());
         let elements_of = |name: &String| match self.end(name) {

@@ -1,0 +1,53 @@
+//! The connections of members of one kind, which give alike: the bolted ends of all the braces, of all the beams of a floor.
+
+use super::{End, Joint, PartKind, Structure};
+use crate::effect::location::{Location, LocationKind};
+use crate::element::Dof;
+use std::collections::{BTreeSet, HashSet};
+
+/// Ends from which a group says something that a member, or two mirror images, do not say.
+const SEVERAL: usize = 3;
+
+impl<'a> Structure<'a> {
+    /// Groups of members whose ends are joined to others, direction by direction; one of several groups with the same ends.
+    ///
+    /// * `but` - places that are known already, by their ends
+    pub(in crate::effect) fn connections(&self, dofs: &[Dof], but: &[Location]) -> Vec<Location> {
+        if self.is_wider {
+            return Vec::new();
+        }
+        let ends_of = |at: &Location| at.names.iter().map(|name| self.end_of.get(name).copied()).collect();
+        let mut known: HashSet<(Option<BTreeSet<usize>>, &str)> =
+            but.iter().map(|at| (ends_of(at), at.direction())).collect();
+        let mut locations = Vec::new();
+        for dof in dofs {
+            for group in self.parts.iter().filter(|part| part.kind == PartKind::Group) {
+                let ends: BTreeSet<usize> = self.connections_in(&group.elements, *dof).collect();
+                if ends.len() >= SEVERAL && known.insert((Some(ends), dof.name())) {
+                    locations.push(Location::new(LocationKind::Group, vec![group.name.clone()]).along(dof.name()));
+                }
+            }
+        }
+        locations
+    }
+
+    /// The ends of the members of a group that are joined to others in a direction.
+    pub(in crate::effect) fn connections_of(&self, group: &str, dof: Dof) -> Vec<&End> {
+        let part = self.part(group).filter(|part| part.kind == PartKind::Group);
+        part.into_iter().flat_map(|part| self.connections_in(&part.elements, dof)).map(|i| &self.ends[i]).collect()
+    }
+
+    /// An end where nothing but the same line goes on is none.
+    fn connections_in<'s>(&'s self, elements: &[usize], dof: Dof) -> impl Iterator<Item = usize> + use<'s, 'a> {
+        let inside: HashSet<usize> = elements.iter().copied().collect();
+        let goes_on = |end: &End| {
+            let at = &self.elements_at_nodes()[end.node];
+            let has_both = |line: &super::Part| at.iter().all(|e| line.elements.contains(e));
+            at.len() == 2 && self.parts.iter().any(|part| part.kind == PartKind::Line && has_both(part))
+        };
+        let is_one = move |end: &End| {
+            inside.contains(&end.element) && end.joint[dof as usize] == Some(Joint::Member) && !goes_on(end)
+        };
+        (0..self.ends.len()).filter(move |&i| is_one(&self.ends[i]))
+    }
+}
