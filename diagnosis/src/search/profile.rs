@@ -40,7 +40,10 @@ pub(super) fn widen(
 ) -> Result<(), DiagnosisError> {
     let first = fit.x.len() - of.len();
     let is_poor = |e: &Estimate| e.value > 0.0 && e.interval[1] - e.value > POOR * e.value;
-    let wanted = |k: &usize| of[*k].spans_decades() && of[*k].neutral == 0.0 && is_poor(&estimates[*k]);
+    // Of a spring that is tuned to a mode, too, all that is stiff is alike.
+    let is_tuned = |p: &NewParameter| !p.grid.is_empty() && p.bounds[0] > 0.0;
+    let reaches_far = |p: &NewParameter| p.spans_decades() && p.neutral == 0.0 || is_tuned(p);
+    let wanted = |k: &usize| reaches_far(&of[*k]) && is_poor(&estimates[*k]);
     let wanted: Vec<usize> = (0..of.len().min(estimates.len())).filter(wanted).collect();
     if wanted.is_empty() {
         return Ok(());

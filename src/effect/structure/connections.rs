@@ -1,5 +1,6 @@
 //! The connections of members of one kind, which give alike: the bolted ends of all the braces, of all the beams of a floor.
 
+use super::places::arrange;
 use super::{End, Joint, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
@@ -20,11 +21,16 @@ impl<'a> Structure<'a> {
         let mut known: HashSet<(Option<BTreeSet<usize>>, &str)> =
             but.iter().map(|at| (ends_of(at), at.direction())).collect();
         let mut locations = Vec::new();
+        let groups = (0..self.parts.len()).filter(|&i| self.parts[i].kind == PartKind::Group);
+        // Mirror images together before each alone.
+        let groups = arrange(groups, |i| self.parts[i].partner);
         for dof in dofs {
-            for group in self.parts.iter().filter(|part| part.kind == PartKind::Group) {
-                let ends: BTreeSet<usize> = self.connections_in(&group.elements, *dof).collect();
+            for these in &groups {
+                let ends: BTreeSet<usize> =
+                    these.iter().flat_map(|&i| self.connections_in(&self.parts[i].elements, *dof)).collect();
                 if ends.len() >= SEVERAL && known.insert((Some(ends), dof.name())) {
-                    locations.push(Location::new(LocationKind::Group, vec![group.name.clone()]).along(dof.name()));
+                    let names = these.iter().map(|&i| self.parts[i].name.clone()).collect();
+                    locations.push(Location::new(LocationKind::Group, names).along(dof.name()));
                 }
             }
         }
