@@ -54,6 +54,9 @@ pub(super) const ALL_AXES: &str = "all_axes";
 /// The directions of an end that gives about an axis of the structure which is none of its member.
 pub(super) const ABOUT: [&str; 3] = ["about_x", "about_y", "about_z"];
 
+/// The directions of a node that is moved without the nodes inside of its members.
+pub(super) const ALONE: [&str; 3] = ["x_alone", "y_alone", "z_alone"];
+
 impl Location {
     /// At one or several things of a kind.
     pub fn new(kind: LocationKind, names: Vec<String>) -> Self {
@@ -83,6 +86,18 @@ impl Location {
         let is_about =
             ABOUT.contains(&self.direction()) && Dof::from_name(other.direction()).is_some_and(Dof::is_rotation);
         is_about && (&self.names, &self.configuration) == (&other.names, &other.configuration)
+    }
+
+    /// Whether it is nodes that are moved without those inside of their members.
+    pub fn leaves_those_inside(&self) -> bool {
+        ALONE.contains(&self.direction())
+    }
+
+    /// Whether it is nodes that are moved along an axis, and the other is the same with those inside of their members.
+    pub fn is_without_those_inside(&self, other: &Self) -> bool {
+        let axis = ALONE.iter().position(|alone| *alone == self.direction());
+        axis.is_some_and(|i| AXES[i] == other.direction())
+            && (&self.names, &self.configuration) == (&other.names, &other.configuration)
     }
 
     /// Whether it is nodes or ends with all axes.

@@ -1,7 +1,7 @@
 //! A node that stands elsewhere than the file says.
 
 use super::edit::{Edit, PatchError, scalar};
-use super::location::Location;
+use super::location::{ALONE, Location};
 use super::patch::{Builder, Patch, times};
 use super::structure::{ALONG, Frame, Structure};
 use super::{About, Effect};
@@ -42,8 +42,8 @@ impl Effect for NodePosition {
             signature: "Modes that bend the members at the node move with the cube of their lengths; a longer tip lowers all of them, \
                     a moved support or mass raises some and lowers others.",
             formulation: "The node and what lies inside of its straight members moves along one axis, the members stay \
-                    straight: their length and direction change, and with them K and M. What stands inside of a straight member \
-                    moves along it. Zero leaves it.",
+                    straight: their length and direction change, and with them K and M; in the direction `x_alone` what lies inside keeps \
+                    its distance from the other end. What stands inside of a straight member moves along it. Zero leaves it.",
             confusable: &["stiffness-change", "point-mass", "distributed-mass", "root-flexibility"],
             references: &[
                 "J. E. Mottershead, M. I. Friswell, G. H. T. Ng, J. A. Brandon, Geometric parameters for finite element model updating of joints and constraints, Mech. Syst. Signal Process. 10, 1996",
@@ -53,15 +53,16 @@ impl Effect for NodePosition {
     }
 
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
-        if structure.is_wider() || structure.total_mass() <= 0.0 {
+        if structure.total_mass() <= 0.0 {
             return Vec::new();
         }
         let frame = Frame::of(structure);
         let along = |direction: &'static str| {
-            let nodes = structure.nodes(|n| frame.moved(n, direction).is_some());
+            let nodes = structure.nodes_of_file(|n| frame.moved(n, direction).is_some());
             nodes.into_iter().map(move |at| at.along(direction))
         };
-        let all = AXES.into_iter().chain([ALONG]).flat_map(along);
+        let directions = if structure.is_wider() { ALONE.to_vec() } else { [&AXES[..], &[ALONG]].concat() };
+        let all = directions.into_iter().flat_map(along);
         let all: Vec<(Location, Moved)> =
             all.filter_map(|at| Some((at.clone(), moved(structure, &frame, &at)?))).collect();
         if all.is_empty() {
@@ -78,8 +79,13 @@ impl Effect for NodePosition {
         let mut b = Builder::new(self.name(), at);
         let most = (MOST * room).min(SEEN * structure.extent());
         let typical = (USUAL * structure.extent()).min(SMALL * most);
-        let way =
-            if at.direction() == ALONG { "along its member".to_string() } else { format!("along {}", at.direction()) };
+        let way = match at.direction() {
+            ALONG => "along its member".to_string(),
+            axis => match ALONE.iter().position(|alone| *alone == axis) {
+                Some(i) => format!("along {}, without the nodes inside of its members", AXES[i]),
+                None => format!("along {axis}"),
+            },
+        };
         let about = format!("how far {} stands from its place in the file, {way}", at.place());
         let d = b.parameter("offset", "m", typical, [-most, most], &about);
         let those: Vec<(usize, Vector)> = steps.into_iter().collect();

@@ -17,6 +17,11 @@ impl Structure<'_> {
         if self.is_wider {
             return self.these_nodes(&self.inner_nodes(), accept, |_, _| true);
         }
+        self.nodes_of_file(accept)
+    }
+
+    /// Nodes of the file with a property, symmetric partners together before each alone, however wide places are.
+    pub(in crate::effect) fn nodes_of_file(&self, accept: impl Fn(usize) -> bool) -> Vec<Location> {
         self.these_nodes(&self.sites(), accept, |_, _| true)
     }
 

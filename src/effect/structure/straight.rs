@@ -1,9 +1,10 @@
 //! Nodes that define the shape of a frame, and what moves with them: straight members stay straight.
 
 use super::Structure;
+use crate::effect::location::ALONE;
 use crate::element::Axes;
 use crate::model::spec::NodeSpec;
-use crate::model::{AXES, Vector, dot, minus, unit};
+use crate::model::{AXES, Vector, dot, minus, plus, unit};
 use std::collections::{BTreeMap, HashSet};
 
 /// Cosine of the angle up to which a member goes straight on.
@@ -85,12 +86,12 @@ impl<'a> Frame<'a> {
         (dot(ahead.1, along) > STRAIGHT).then_some(ahead.0)
     }
 
-    /// Nodes of the file that move with one, each with its share: itself, and what lies inside of its members, by the distance from their other
-    /// ends. And the length of the shortest of these members, m.
-    fn carried(&self, node: usize) -> (BTreeMap<usize, f64>, f64) {
+    /// How far nodes of the file go with one that goes a step: itself, and what lies inside of its members, by the distance from their other ends; alone
+    /// means across these members only, which stay straight so. And the length of the shortest of these members, m, or what is left of one.
+    fn carried(&self, node: usize, step: Vector, is_alone: bool) -> (BTreeMap<usize, Vector>, f64) {
         let at = &self.structure.model.geometry().positions;
         let n_file = self.structure.model.spec().nodes.len();
-        let (mut shares, mut shortest) = (BTreeMap::from([(node, 1.0)]), f64::INFINITY);
+        let (mut moves, mut shortest) = (BTreeMap::from([(node, step)]), f64::INFINITY);
         for (mut next, along) in self.lines(node) {
             let (mut from, mut inside) = (node, Vec::new());
             while let Some(ahead) = self.straight_on(next, from, along).filter(|a| *a != node) {
@@ -100,17 +101,22 @@ impl<'a> Frame<'a> {
             let distance = |n: usize| dot(minus(at[n], at[node]), along);
             let length = distance(next);
             shortest = shortest.min(length);
+            let own = if is_alone { plus(step, -dot(step, along), along) } else { step };
             for inner in inside.into_iter().filter(|&n| n < n_file) {
-                *shares.entry(inner).or_default() += 1.0 - distance(inner) / length;
+                if is_alone {
+                    shortest = shortest.min(distance(inner));
+                }
+                let moved = moves.entry(inner).or_default();
+                *moved = plus(*moved, 1.0 - distance(inner) / length, own);
             }
         }
-        (shares, shortest)
+        (moves, shortest)
     }
 
     /// What moves where a node is moved in a direction: nodes of the file with how far each goes, global, for a size of one; and how large that may be,
     /// m. `None` where the place of the node in that direction defines nothing.
     ///
-    /// * `direction` - an axis; or [`ALONG`], for a node inside of a straight member on which something stands
+    /// * `direction` - an axis; one of [`ALONE`]; or [`ALONG`], for a node inside of a straight member on which something stands
     pub(in crate::effect) fn moved(&self, node: usize, direction: &str) -> Option<(BTreeMap<usize, Vector>, f64)> {
         let s = self.structure;
         let at = &s.model.geometry().positions;
@@ -133,15 +139,25 @@ impl<'a> Frame<'a> {
             let along = first.1.map(|v| v * first.1[most].signum());
             return self.carries(node).then(|| (BTreeMap::from([(node, along)]), room));
         }
-        let axis = AXES.iter().position(|a| *a == direction)?;
+        let alone = ALONE.iter().position(|a| *a == direction);
+        let axis = AXES.iter().position(|a| *a == direction).or(alone)?;
         let over = |f: fn(f64, f64) -> f64, start: f64| at.iter().map(|p| p[axis]).fold(start, f);
         let width = over(f64::max, f64::NEG_INFINITY) - over(f64::min, f64::INFINITY);
         if width < FLAT * s.extent || self.is_grid && lines.len() > 1 && !self.carries(node) {
             return None;
         }
-        let (shares, room) = self.carried(node);
-        let step = |share: f64| [0, 1, 2].map(|i| if i == axis { share } else { 0.0 });
-        Some((shares.into_iter().map(|(n, share)| (n, step(share))).collect(), room))
+        let step = [0, 1, 2].map(|i| if i == axis { 1.0 } else { 0.0 });
+        let with_those_inside = self.carried(node, step, false);
+        if alone.is_none() {
+            return Some(with_those_inside);
+        }
+        // Where it is another move.
+        let own = self.carried(node, step, true);
+        let differs = |(n, step): (&usize, &Vector)| {
+            let left = minus(*step, with_those_inside.0[n]);
+            dot(left, left) > FLAT * FLAT
+        };
+        own.0.iter().any(differs).then_some(own)
     }
 
     /// Moves of the mirror images of nodes.

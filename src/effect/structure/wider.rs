@@ -1,5 +1,5 @@
 //! The wider places of a structure: a few successive elements, larger patches, ends that give about both axes of bending or in all directions, nodes and
-//! masses with all axes, nodes inside of elements.
+//! masses with all axes, nodes that are moved without those inside of their members, nodes inside of elements.
 
 use super::Structure;
 use crate::effect::location::{ABOUT, ALL_AXES, BENDING, Location, LocationKind};
@@ -41,7 +41,7 @@ impl Structure<'_> {
             let is_near = |name: &String| {
                 near.is_none_or(|near| near.contains(name)) || is_inside(name) && node(name).is_some_and(of_near)
             };
-            let is_wide = at.direction() == ALL_AXES || at.names.iter().any(is_inside);
+            let is_wide = at.direction() == ALL_AXES || at.leaves_those_inside() || at.names.iter().any(is_inside);
             return is_wide && at.names.iter().any(is_near);
         }
         if at.kind == LocationKind::Mass {

@@ -67,6 +67,20 @@ fn a_frame_is_moved_at_its_feet_corners_tips_and_masses() {
     is(&text, "node-position@b1.along", -0.1, &portal([2.0, 2.0], 0.3));
 }
 
+/// A longer column with its middle where it was; across the column it is one move with and without it.
+#[test]
+fn a_foot_is_moved_without_what_lies_inside_of_its_column() {
+    let text = portal([2.0, 2.0], 0.4);
+    let lower = |c1: &str| text.replace("c0: [2, 0, 0]", "c0: [2, 0, -0.1]").replace("c1: [2, 0, 0.5]", c1);
+    is(&text, "node-position@c0.z", -0.1, &lower("c1: [2, 0, 0.45]"));
+    is(&text, "node-position@c0.z_alone", -0.1, &lower("c1: [2, 0, 0.5]"));
+    let (model, context) = (model(&text), Context::default());
+    let structure = Structure::new(&model, &context).on_wider_places();
+    let wider = Effects::builtin().find("node-position").unwrap().locations(&structure);
+    let found: Vec<String> = wider.iter().map(ToString::to_string).collect();
+    assert!(found.iter().any(|p| p == "c0.z_alone") && !found.iter().any(|p| p == "c0.x_alone"), "{found:?}");
+}
+
 #[test]
 fn mirror_images_move_together() {
     let text = wings(0.5, 1.0);

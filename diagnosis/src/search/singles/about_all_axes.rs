@@ -1,4 +1,5 @@
-//! What acts about one axis and explains much about all axes of its place, and about those of the structure.
+//! What acts about one axis and explains much about all axes of its place, and about those of the structure; nodes that are moved, without those inside of
+//! their members.
 
 use super::step::{Step, is_worth_more};
 use crate::error::DiagnosisError;
@@ -34,7 +35,9 @@ fn in_all_axes(stage: &Stage, done: &[Refit], base: f64) -> Vec<Refit> {
         .collect();
     best.sort_by(|a, b| b.0.ln_bayes.total_cmp(&a.0.ln_bayes));
     let least = done.iter().map(|r| r.ln_bayes).fold(f64::NEG_INFINITY, f64::max) - STRONG;
-    let is_about_others = |wide: &Location, own: &Location| wide.has_more_axes_than(own) || wide.is_skew_to(own);
+    let is_about_others = |wide: &Location, own: &Location| {
+        wide.has_more_axes_than(own) || wide.is_skew_to(own) || wide.is_without_those_inside(own)
+    };
     let near: Vec<String> = best.iter().flat_map(|(_, c)| c.location.names.clone()).collect();
     // The rank of the best that has one of its axes.
     let rank = |wide: &Candidate| {

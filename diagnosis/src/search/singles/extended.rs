@@ -25,10 +25,12 @@ fn is_worth_a_look(board: &Board<'_>) -> Result<bool, DiagnosisError> {
 fn take(board: &mut Board<'_>) -> Result<(), DiagnosisError> {
     let stage = board.stage;
     // On a mesh of very many dofs, where every change takes solutions of its own, larger patches and all axes of a node are left to the steps that look
-    // about the best of their kind.
+    // about the best of their kind; and so are nodes that are moved otherwise.
     let is_huge = stage.scene.is_huge();
     let is_wanted = |c: &Candidate| {
-        !is_huge || !(c.location.has_all_axes() || c.location.names.iter().any(|name| Structure::is_patch_name(name)))
+        let is_left =
+            || c.location.has_all_axes() || c.location.names.iter().any(|name| Structure::is_patch_name(name));
+        !(c.location.leaves_those_inside() || is_huge && is_left())
     };
     let Ok(wider) = stage.on_wider(stage.wider_candidates(None, is_wanted)) else { return Ok(()) };
     let by_size = by_size(&wider);
