@@ -10,9 +10,11 @@ use crate::screen::stage::Stage;
 use crate::search::hypothesis::{Estimate, Refit, Tried};
 use crate::thresholds::{ON_BOUND, STRONG};
 use retune::data::TestData;
+use retune::effect::{Context, LocationKind, Structure};
 use retune::fault::Tests;
 use retune::model::{Model, PlacedElement};
 use retune::objective::Scaling;
+use std::collections::BTreeSet;
 
 /// What the mesh falsifies: modes by more than a third of their standard deviation, functions by more than one.
 struct MeshError {
@@ -114,6 +116,20 @@ fn fewer_lines(test: &TestData) -> Option<String> {
     ))
 }
 
+/// Groups of what is named that the file has no name for.
+fn shown_groups(base: &Stage, named: &[&Refit]) -> Vec<String> {
+    let places = named.iter().filter_map(|r| match &r.tried {
+        Tried::Effect(c) if c.location.kind == LocationKind::Group => Some(&c.location.names),
+        _ => None,
+    });
+    let names: BTreeSet<&String> = places.flatten().collect();
+    if names.is_empty() {
+        return Vec::new();
+    }
+    let structure = Structure::new(base.scene.model(), Context::nothing());
+    names.into_iter().filter_map(|name| structure.shown(name)).collect()
+}
+
 /// * `named` - the hypotheses that are named
 /// * `best` - what explains the test best with all that is named in it, if anything is: there the mesh is judged
 pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> Warnings {
@@ -154,6 +170,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
         );
     }
     out.extend(slight);
+    out.extend(shown_groups(base, named));
     out.extend(named.iter().filter_map(|r| more_than_doubled(base, r)));
     out.extend(named.iter().filter(|r| !r.limit_of.is_empty()).map(|r| {
         format!("{} explains the test as well as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))

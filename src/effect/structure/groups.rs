@@ -97,6 +97,27 @@ impl Structure<'_> {
         })
     }
 
+    /// What a group is that the structure shows, in words: `brace.y1`, members of section brace in level 1 of y, ... `None` of a name of the file.
+    pub fn shown(&self, name: &str) -> Option<String> {
+        /// Members that are listed.
+        const LISTED: usize = 8;
+        let is_it = |p: &&Part| p.kind == PartKind::Group && p.name == name && self.model.element_set(name).is_none();
+        let part = self.parts.iter().find(is_it)?;
+        let (section, place) = name.rsplit_once('.').filter(|(s, _)| self.model.spec().sections.contains_key(*s))?;
+        let levels = place.get(1..)?;
+        let place = match levels.split_once('-') {
+            _ if place == "all" => String::new(),
+            Some((low, high)) => {
+                format!(" between levels {low} and {high} of {}, counted from the lowest", &place[..1])
+            }
+            None => format!(" in level {levels} of {}, counted from the lowest", &place[..1]),
+        };
+        let listed = part.of.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = part.of.len().saturating_sub(LISTED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        Some(format!("{name}, members of section {section}{place}: {listed}{more}"))
+    }
+
     /// Coordinates along an axis at which most nodes of the file stand, several each; none where they do not.
     fn levels(&self, axis: usize) -> Vec<f64> {
         let mut at: Vec<f64> =
