@@ -38,6 +38,18 @@ impl NewParameter {
         self.bounds.contains(&self.neutral)
     }
 
+    /// Where a value lies between the bounds, in \[0, 1\].
+    pub fn in_box(&self, value: f64) -> f64 {
+        let [low, high] = self.bounds;
+        (value - low) / (high - low)
+    }
+
+    /// The value at a place between the bounds, in \[0, 1\].
+    pub fn at(&self, x: f64) -> f64 {
+        let [low, high] = self.bounds;
+        low + x * (high - low)
+    }
+
     /// Whether it may be a hundred times as large as is typical: between sizes that are decades apart modes may cross, so that each has a basin of
     /// its own, and no decade is less likely than the next.
     pub fn spans_decades(&self) -> bool {

@@ -242,12 +242,7 @@ fn true_fit(
     bases: &[&DVector<f64>],
 ) -> Result<Option<Fit>, DiagnosisError> {
     let Ok(with) = with_effect(scene, candidate) else { return Ok(None) };
-    let sizes: Vec<f64> = candidate
-        .parameters
-        .iter()
-        .zip(&truth.sizes)
-        .map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]))
-        .collect();
+    let sizes: Vec<f64> = candidate.parameters.iter().zip(&truth.sizes).map(|(p, v)| p.in_box(*v)).collect();
     let starts: Vec<DVector<f64>> =
         bases.iter().map(|x| DVector::from_iterator(x.len() + sizes.len(), x.iter().chain(&sizes).copied())).collect();
     fit(&with, &starts, 1.0).map(Some)

@@ -193,7 +193,7 @@ fn starts(stage: &Stage, scores: &[Score; 2]) -> Vec<DVector<f64>> {
                     None if p.grid.is_empty() => p.neutral + s.factor * (v - p.neutral),
                     None => *v,
                 };
-                (value.clamp(p.bounds[0], p.bounds[1]) - p.bounds[0]) / (p.bounds[1] - p.bounds[0])
+                p.in_box(value.clamp(p.bounds[0], p.bounds[1]))
             };
             at.iter().zip(p).map(scaled).collect::<Vec<f64>>()
         };

@@ -57,7 +57,7 @@ pub(super) fn widen(
         let [low, high] = of[k].bounds;
         let left = |value: f64| {
             let mut x: DVector<f64> = fit.x.clone();
-            x[first + k] = (value - low) / (high - low);
+            x[first + k] = of[k].in_box(value);
             posed.residuals(&x).map_or(f64::INFINITY, |r| project(&q, &r).norm_squared())
         };
         let value = estimates[k].value;

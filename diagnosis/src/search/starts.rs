@@ -16,8 +16,7 @@ pub(crate) fn starts(stage: &Stage, score: &Score, bases: &[DVector<f64>]) -> Ve
     let screened = &stage.screened[score.index];
     let candidate = &screened.candidate;
     let join = |x: &DVector<f64>, values: &[f64]| {
-        let sizes =
-            candidate.parameters.iter().zip(values).map(|(p, v)| (v - p.bounds[0]) / (p.bounds[1] - p.bounds[0]));
+        let sizes = candidate.parameters.iter().zip(values).map(|(p, v)| p.in_box(*v));
         DVector::from_iterator(x.len() + values.len(), x.iter().copied().chain(sizes))
     };
     let sizes = start_sizes(candidate, screened, Some(score));

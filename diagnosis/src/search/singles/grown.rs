@@ -113,10 +113,10 @@ fn grown(stage: &Stage, structures: &[Structure<'_>], r: &Refit, base: f64) -> R
     // On a mesh of very many dofs the sensors are solved for anew at every size.
     let sizes = if stage.scene.is_huge() { &SIZES[..1] } else { &SIZES[..] };
     for &multiple in sizes {
-        let size = (multiple * ((low + r.fit.x[last] * (high - low)) - parameter.neutral))
+        let size = (multiple * (parameter.at(r.fit.x[last]) - parameter.neutral))
             .clamp(low - parameter.neutral, high - parameter.neutral);
         let mut x = r.fit.x.clone();
-        x[last] = (parameter.neutral + size - low) / (high - low);
+        x[last] = parameter.in_box(parameter.neutral + size);
         let is_as_found = multiple == 1.0;
         let fit = if is_as_found { Ok(r.fit.clone()) } else { evaluate(&r.scene, x.clone(), stage.weight) };
         // A size at which a mode has no partner shows no edge.

@@ -56,9 +56,9 @@ fn of_the_same_sizes(base: &DVector<f64>, r: &Refit, found: &Candidate, limit: &
     let size = |p: &NewParameter| {
         let sizes = found.parameters.iter().zip(r.fit.x.iter().skip(base.len()));
         let same = sizes.filter(|(q, _)| quantity(q) == quantity(p));
-        let mut values = same.map(|(q, x)| q.bounds[0] + x * (q.bounds[1] - q.bounds[0]));
+        let mut values = same.map(|(q, x)| q.at(*x));
         let value = values.next().unwrap_or(p.typical).clamp(p.bounds[0], p.bounds[1]);
-        (value - p.bounds[0]) / (p.bounds[1] - p.bounds[0])
+        p.in_box(value)
     };
     let sizes: Vec<f64> = limit.parameters.iter().map(size).collect();
     DVector::from_iterator(base.len() + sizes.len(), base.iter().copied().chain(sizes))
