@@ -63,7 +63,7 @@ impl Candidate {
     /// The model with the effect at its neutral value.
     pub fn build(&self, model: &Model, registry: &Registry) -> Result<Patched, PatchError> {
         let spec = self.patch.apply(model.spec())?;
-        let (patched, _) = Model::new(spec, registry).map_err(PatchError::Refused)?;
+        let (patched, _) = Model::new_beside(spec, registry, model).map_err(PatchError::Refused)?;
         Ok(Patched {
             first_new: model.parameters().len(),
             neutral: self.parameters.iter().map(|p| p.neutral).collect(),

@@ -3,14 +3,19 @@
 //! A solid has no rotations and mostly no damping, and each parameter is in one of its matrices: of 48 x 48 numbers in each matrix of each term
 //! a small part is kept, which for a mesh of 10^5 elements makes the difference between megabytes and gigabytes.
 
-use super::ElementMatrices;
-use super::ModelError;
 use super::dependence::{Monomial, Terms, dependences, element_matrices, interior_point, step};
 use super::parameter::ParameterSet;
 use super::placed_element::PlacedElement;
+use super::{ElementMatrices, Model, ModelError, ParametricModel};
 use crate::linalg::SymMatrix;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Elements up to which a model keeps their terms, for models that differ from it in a few.
+const KEPT: usize = 2000;
 
 /// A term of an element's matrices; what is zero is left out.
+#[derive(Debug)]
 pub(super) struct Term {
     /// What it is multiplied with.
     pub(super) monomial: Monomial,
@@ -23,6 +28,7 @@ pub(super) struct Term {
 }
 
 /// An element's matrices on the dofs that it acts on.
+#[derive(Debug)]
 pub(super) struct Acting {
     /// Dofs of the element in which any of its matrices has an entry, ascending.
     pub(super) dofs: Vec<u16>,
@@ -32,11 +38,28 @@ pub(super) struct Acting {
 
 impl Acting {
     /// Of each element.
-    pub(super) fn of_all(elements: &[PlacedElement], parameters: &ParameterSet) -> Result<Vec<Self>, ModelError> {
-        dependences(elements, parameters, |e, terms| match terms {
+    ///
+    /// * `beside` - a model that has some of the elements: theirs are not looked for again
+    pub(super) fn of_all(
+        elements: &[PlacedElement],
+        parameters: &ParameterSet,
+        beside: Option<&Model>,
+    ) -> Result<Vec<Arc<Self>>, ModelError> {
+        let known = beside.filter(|model| begins_with(parameters, model.parameters())).map(Known::of);
+        let mut found: Vec<Option<Arc<Self>>> =
+            elements.iter().map(|e| known.as_ref().and_then(|known| known.get(e))).collect();
+        let open: Vec<usize> = (0..elements.len()).filter(|&e| found[e].is_none()).collect();
+        let new = dependences(elements, &open, parameters, |e, terms| match terms {
             Some(terms) => Self::new(terms),
             None => Self::general(&elements[e], parameters),
-        })
+        })?;
+        open.into_iter().zip(new).for_each(|(e, acting)| found[e] = Some(Arc::new(acting)));
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// What a model keeps of its elements: of very many nothing.
+    pub(super) fn kept(all: Vec<Arc<Self>>) -> Arc<[Arc<Self>]> {
+        if all.len() > KEPT { Arc::default() } else { all.into() }
     }
 
     /// No polynomial: what it acts on is looked at beside the base too.
@@ -63,6 +86,30 @@ impl Acting {
         let terms = monomials.into_iter().zip(&matrices).map(term);
         Self { terms: Some(terms.filter(|t| !t.is_zero()).collect()), dofs }
     }
+}
+
+/// The terms of a model's elements by the names of these.
+struct Known<'m> {
+    model: &'m Model,
+    places: HashMap<&'m str, usize>,
+}
+
+impl<'m> Known<'m> {
+    fn of(model: &'m Model) -> Self {
+        let kept = &model.elements()[..model.acting().len()];
+        Self { model, places: kept.iter().enumerate().map(|(i, e)| (e.name.as_str(), i)).collect() }
+    }
+
+    /// Those of an element that the model has too.
+    fn get(&self, element: &PlacedElement) -> Option<Arc<Acting>> {
+        let &place = self.places.get(element.name.as_str())?;
+        element.is_made_as(&self.model.elements()[place]).then(|| self.model.acting()[place].clone())
+    }
+}
+
+/// Whether some parameters are the first of others.
+fn begins_with(all: &ParameterSet, first: &ParameterSet) -> bool {
+    first.len() <= all.len() && first.iter().zip(all.iter()).all(|(a, b)| a == b)
 }
 
 impl Term {

@@ -21,6 +21,7 @@ use crate::element::Dof;
 use crate::linalg::sparse::SparseSym;
 use crate::linalg::{DMatrix, SymMatrix};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Sparse K, M, C of one basis matrix.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -99,7 +100,7 @@ impl AffineMass {
 }
 
 /// Which dofs of the nodes any element acts on, 6 per node.
-pub(super) fn touched(elements: &[PlacedElement], acting: &[Acting], n_nodes: usize) -> Vec<bool> {
+pub(super) fn touched(elements: &[PlacedElement], acting: &[Arc<Acting>], n_nodes: usize) -> Vec<bool> {
     let mut touched = vec![false; 6 * n_nodes];
     for (element, acting) in elements.iter().zip(acting) {
         if let Some(matrices) = &element.matrices {
@@ -155,7 +156,7 @@ const AT_ONCE: usize = 4096;
 /// * `n_parameters` - length of θ
 pub(super) fn affine_part(
     elements: &[PlacedElement],
-    acting: &[Acting],
+    acting: &[Arc<Acting>],
     connections: &[Connection],
     dofs: &DofMap,
     positions: &[[f64; 3]],

@@ -1,5 +1,6 @@
 //! From a model file to a [`Model`].
 
+mod beside;
 mod frozen;
 mod refused;
 mod ridden;
@@ -36,6 +37,7 @@ use crate::linalg::DMatrix;
 use crate::once::Once;
 use crate::yaml::{Problem, Severity, child, version_problem};
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
 /// A model built from a file.
 #[derive(Debug, Clone)]
@@ -51,6 +53,8 @@ pub struct Model {
     elastic_supports: Option<ElasticSupports>,
     affine: AffinePart,
     rigid_mass: AffineMass,
+    /// The terms of its elements; empty where they are very many.
+    acting: Arc<[Arc<Acting>]>,
     /// Elements whose matrices are not polynomials of θ.
     general: Vec<usize>,
     damped: bool,
@@ -68,10 +72,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// Builds the model of a specification, with warnings.
-    ///
-    /// Errors: all problems found, warnings among them.
-    pub fn new(mut spec: ModelSpec, registry: &Registry) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
+    /// See [`Model::new_beside`].
+    fn make(mut spec: ModelSpec, from: (&Registry, Option<&Self>)) -> Result<(Self, Vec<Problem>), Vec<Problem>> {
         let mut problems = Vec::new();
         super::mesh_file::name_nodes(&mut spec);
         problems.extend(version_problem("retune", spec.retune.into(), FORMAT));
@@ -81,7 +83,7 @@ impl Model {
         super::mesh_file::check(&spec, &mut problems);
         super::superelement::check(&spec, &mut problems);
         super::configuration::check(&spec, &mut problems);
-        let mut placed = place(&spec, registry, &mut problems);
+        let mut placed = place(&spec, from.0, &mut problems);
         let targets = targets(&spec, &mut problems);
         let elimination = eliminate(&spec, &placed.geometry, Elimination::default(), &[], &placed.rows, &mut problems);
         only_scalar_on_coordinates(&spec, &placed, &mut problems);
@@ -98,7 +100,7 @@ impl Model {
             return Err(problems);
         }
         if !spec.preloads.is_empty() {
-            let before = Self::build(spec.clone(), registry, placed.clone(), targets, &elimination, &mut Vec::new());
+            let before = Self::build(spec.clone(), from, placed.clone(), targets, &elimination, &mut Vec::new());
             if let Ok(model) = before {
                 model.preload_statically(&mut placed, &mut problems);
             }
@@ -106,7 +108,7 @@ impl Model {
                 return Err(problems);
             }
         }
-        let built = Self::build(spec, registry, placed, targets, &elimination, &mut problems);
+        let built = Self::build(spec, from, placed, targets, &elimination, &mut problems);
         match built.and_then(|m| Ok((m.moves_wrongly()?, m))) {
             Ok((None, model)) => Ok((model, problems)),
             Ok((Some(problem), _)) => {
@@ -126,7 +128,7 @@ impl Model {
 
     fn build(
         spec: ModelSpec,
-        registry: &Registry,
+        (registry, beside): (&Registry, Option<&Self>),
         placed: Placed,
         targets: Targets,
         elimination: &Elimination,
@@ -146,7 +148,7 @@ impl Model {
             modal_damping,
             moved,
         } = placed;
-        let acting = Acting::of_all(&elements, &parameters)?;
+        let acting = Acting::of_all(&elements, &parameters, beside)?;
         let touched = touched(&elements, &acting, geometry.names.len());
         let dofs = number(&geometry, &touched, elimination);
         if dofs.n_dof() == 0 {
@@ -164,7 +166,6 @@ impl Model {
         let (affine, rigid_mass) =
             affine_part(&elements, &acting, &connections, &dofs, &geometry.positions, parameters.len());
         let general: Vec<usize> = (0..elements.len()).filter(|&i| acting[i].terms.is_none()).collect();
-        drop(acting);
         let base = interior_point(&parameters);
         let mut damped = affine.bases().any(|b| !b.damping.is_empty());
         for &e in &general {
@@ -193,6 +194,7 @@ impl Model {
             elastic_supports,
             affine,
             rigid_mass,
+            acting: Acting::kept(acting),
             general,
             damped,
             targets,
@@ -307,6 +309,10 @@ impl Model {
     /// Whether the matrices of an element are not polynomials of θ, and so not in the affine part.
     pub(super) fn is_general(&self, element: usize) -> bool {
         self.general.binary_search(&element).is_ok()
+    }
+
+    pub(super) fn acting(&self) -> &[Arc<Acting>] {
+        &self.acting
     }
 
     pub(super) fn elements_and_connections(&self) -> (&[PlacedElement], &[Connection]) {

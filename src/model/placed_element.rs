@@ -48,6 +48,19 @@ pub struct PlacedElement {
 }
 
 impl PlacedElement {
+    /// Whether its matrices in its own axes are those of another for all values of the parameters, as far as can be seen without computing them.
+    pub(super) fn is_made_as(&self, other: &Self) -> bool {
+        let is_still = self.moving.is_none() && other.moving.is_none();
+        let has_none = self.matrices.is_none() && other.matrices.is_none();
+        is_still
+            && has_none
+            && self.kind.name() == other.kind.name()
+            && self.points == other.points
+            && self.values == other.values
+            && (&self.stiffness_factor, &self.mass_factor) == (&other.stiffness_factor, &other.mass_factor)
+            && (&self.stiffness_damping, &self.mass_damping) == (&other.stiffness_damping, &other.mass_damping)
+    }
+
     /// Matrices in global axes that stand for themselves.
     ///
     /// * `factors` - of K and of M

@@ -156,7 +156,7 @@ impl Scene {
         if self.patches.is_empty() {
             return Ok(self.model().clone());
         }
-        in_configuration(&self.file_in_full()?, &self.cases[0].test, self.cases[0].model.registry())
+        in_configuration(&self.file_in_full()?, &self.cases[0].test, &self.cases[0].model)
     }
 
     fn file_in_full(&self) -> Result<ModelSpec, DiagnosisError> {

@@ -26,7 +26,7 @@ use retune::fault::{Bench, PlacedFault, Tests};
 use retune::linalg::{DMatrix, DVector};
 use retune::model::spec::ModelSpec;
 use retune::model::{
-    MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, Registry, StandIn,
+    MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, StandIn,
 };
 use retune::objective::{Comparison, Scaling, is_damped, loads_of};
 use retune::once::Once;
@@ -166,7 +166,7 @@ impl Scene {
     /// Errors: no test; a configuration that cannot be built.
     pub(crate) fn new(model: &Model, tests: &[&TestData]) -> Result<Self, DiagnosisError> {
         let of = |test: &TestData| match configuration(model.spec(), test) {
-            Some(_) => in_configuration(model.spec(), test, model.registry()),
+            Some(_) => in_configuration(model.spec(), test, model),
             None => Ok(model.clone()),
         };
         let models = shared(tests, |t| configuration(model.spec(), t).map(str::to_string), |t| of(t))?;
@@ -284,7 +284,8 @@ impl Scene {
     ) -> Result<Self, DiagnosisError> {
         let tests: Vec<&TestData> = self.cases.iter().map(|c| &*c.test).collect();
         let key = |t: &TestData| configuration(&file, t).map(str::to_string);
-        let models = shared(&tests, key, |t| in_configuration(&file, t, self.cases[0].model.registry()))?;
+        let beside = |t: &TestData| self.cases.iter().find(|c| key(&c.test) == key(t)).unwrap_or(&self.cases[0]);
+        let models = shared(&tests, key, |t| in_configuration(&file, t, &beside(t).model))?;
         let cases = self.cases.iter().zip(models).map(|(case, model)| case.with_model(model)).collect();
         let (patches, changes) = (Vec::new(), Arc::default());
         Self { file: Arc::new(file), cases, added, patches, changes, ..self.clone() }.with_stand_ins(&self.cases, sizes)
@@ -497,16 +498,14 @@ pub(super) fn configuration<'a>(file: &ModelSpec, test: &'a TestData) -> Option<
 }
 
 /// The model of a file in the configuration of a test.
-pub(super) fn in_configuration(
-    file: &ModelSpec,
-    test: &TestData,
-    registry: &Registry,
-) -> Result<Model, DiagnosisError> {
+///
+/// * `beside` - a model that has most of its elements
+pub(super) fn in_configuration(file: &ModelSpec, test: &TestData, beside: &Model) -> Result<Model, DiagnosisError> {
     let spec = match configuration(file, test) {
         Some(name) => file.configured(name).map_err(|p| PatchError::Refused(vec![p]))?,
         None => file.clone(),
     };
-    Ok(Model::new(spec, registry).map_err(PatchError::Refused)?.0)
+    Ok(Model::new_beside(spec, beside.registry(), beside).map_err(PatchError::Refused)?.0)
 }
 
 /// The models of tests, one for all that were made in the same configuration.

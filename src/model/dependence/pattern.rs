@@ -41,17 +41,20 @@ struct Points {
     weights: DMatrix<f64>,
 }
 
-/// How the matrices of each element depend on θ; `None` for those that are no polynomials.
+/// How the matrices of elements depend on θ; `None` for those that are no polynomials.
+///
+/// * `these` - which of them, ascending
 ///
 /// # Errors
 /// As [`dependence`], of the first.
 pub(in crate::model) fn dependences<R: Send>(
     elements: &[PlacedElement],
+    these: &[usize],
     parameters: &ParameterSet,
     of: impl Fn(usize, Option<Terms>) -> R + Sync + Send,
 ) -> Result<Vec<R>, ModelError> {
     let mut found: Vec<Option<R>> = elements.iter().map(|_| None).collect();
-    let mut left: Vec<usize> = (0..elements.len()).collect();
+    let mut left: Vec<usize> = these.to_vec();
     for _ in 0..MOST_ROUNDS {
         let sections = sections(elements, &left);
         let first: Vec<usize> = sections.iter().map(|s| s[0]).collect();
