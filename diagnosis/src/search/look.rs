@@ -77,11 +77,17 @@ fn least_left(scene: &Scene, stage: &Stage, score: &Score) -> Result<Option<f64>
     Ok(sizes(screened, score).into_iter().filter_map(left).min_by(f64::total_cmp))
 }
 
-/// Sizes at which an effect is looked at: those from which it is fitted, of a body on a spring with its typical mass alone.
+/// Sizes at which an effect is looked at: of those from which it is fitted the one that slopes say and the large ones, for which they say nothing; of a body
+/// on a spring its typical mass alone.
 fn sizes(screened: &Screened, score: &Score) -> Vec<Vec<f64>> {
     let candidate = &screened.candidate;
-    if candidate.parameters.iter().all(|p| p.grid.is_empty()) {
-        return start_sizes(candidate, screened, Some(score));
+    if !candidate.parameters.iter().all(|p| p.grid.is_empty()) {
+        return steps(candidate).into_iter().map(|(values, _)| values).collect();
     }
-    steps(candidate).into_iter().map(|(values, _)| values).collect()
+    let is_large = |values: &Vec<f64>| {
+        let mut sizes = values.iter().zip(&candidate.parameters);
+        sizes.any(|(v, p)| (v - p.neutral).abs() > 0.9 * (p.typical - p.neutral).abs())
+    };
+    let all = start_sizes(candidate, screened, Some(score)).into_iter().enumerate();
+    all.filter(|(k, values)| *k == 0 || is_large(values)).map(|(_, values)| values).collect()
 }
