@@ -25,9 +25,7 @@ use retune::element::Dof;
 use retune::fault::{Bench, PlacedFault, Tests};
 use retune::linalg::{DMatrix, DVector};
 use retune::model::spec::ModelSpec;
-use retune::model::{
-    MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, StandIn,
-};
+use retune::model::{MOST_DENSE_DOFS, ModalSolver, Model, ModelError, ParametricModel, ReducedOptions, StandIn};
 use retune::objective::{Comparison, Scaling, is_damped, loads_of};
 use retune::once::Once;
 use retune::optim::Draw;
