@@ -32,6 +32,11 @@ impl Effect for DistributedMass {
         }
     }
 
+    /// With the rotary inertia of sections.
+    fn becomes(&self) -> &'static [&'static str] {
+        &["mass-change"]
+    }
+
     fn locations(&self, structure: &Structure<'_>) -> Vec<Location> {
         let translates = |p: &super::Part| [Dof::Ux, Dof::Uy, Dof::Uz].into_iter().any(|d| structure.part_moves(p, d));
         structure.places(|p| {

@@ -27,7 +27,7 @@ impl Effect for MassChange {
                     brings only those of the tests made in it.",
             formulation: "The mass matrices of the part are multiplied by 1 + p, -0.95 <= p <= 3, rotary inertia of sections with them; p = 0 \
                     leaves it. More of a mass that stands in all configurations is a point-mass, less an absent-mass. Of beams and shells a \
-                    distributed-mass, which has no rotary inertia, is the simpler and is named where it says as much.",
+                    distributed-mass says the same without rotary inertia; the more probable of the two is named.",
             confusable: &["distributed-mass", "point-mass", "stiffness-change", "mass-offset"],
             references: &[
                 "M. I. Friswell, J. E. Mottershead, Finite Element Model Updating in Structural Dynamics, 1995",

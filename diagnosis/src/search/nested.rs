@@ -15,6 +15,10 @@ pub(crate) fn leave_out_wider(stage: &Stage, done: &mut Vec<Refit>) {
     let noise = degrees_of_freedom(&stage.fit, &stage.q).max(1.0) / stage.weight.powi(2);
     let room = |r: &Refit| STRONG * (r.misfit / noise - 1.0).max(0.0);
     let says_the_same = |wide: &Refit, simple: &Refit| {
+        // Of two ways to say one thing the more probable one stands.
+        if are_two_ways(&wide.tried, &simple.tried) {
+            return (simple.ln_bayes, wide.id(&stage.scene)) > (wide.ln_bayes, simple.id(&stage.scene));
+        }
         let is_plainer = says_plainly(wide, simple);
         let room = room(simple) + if is_plainer { STRONG } else { 0.0 };
         simple.ln_bayes + room > wide.ln_bayes && (is_plainer || is_wider(&wide.tried, &simple.tried))
@@ -37,6 +41,11 @@ fn says_plainly(one: &Refit, other: &Refit) -> bool {
     let intervals: Vec<[f64; 2]> = one.estimates.iter().map(|e| e.interval).collect();
     (&a.location.names, &a.location.configuration) == (&b.location.names, &b.location.configuration)
         && a.effect.plainly(&intervals) == Some(b.effect.name())
+}
+
+/// Whether each of two has the other as a special case: a density and a mass per length, which differ in the rotary inertia of sections.
+fn are_two_ways(one: &Tried, other: &Tried) -> bool {
+    is_wider(one, other) && is_wider(other, one)
 }
 
 /// Whether a hypothesis has another as a special case.

@@ -173,7 +173,7 @@ pub(crate) fn warnings(base: &Stage, named: &[&Refit], best: Option<&Refit>) -> 
     out.extend(shown_groups(base, named));
     out.extend(named.iter().filter_map(|r| more_than_doubled(base, r)));
     out.extend(named.iter().filter(|r| !r.limit_of.is_empty()).map(|r| {
-        format!("{} explains the test as well as {} with fewer numbers", r.id(&base.scene), r.limit_of.join(", "))
+        format!("{} explains the test as well as {}, with no more numbers", r.id(&base.scene), r.limit_of.join(", "))
     }));
     out.extend(named.iter().flat_map(|r| beyond_bounds(base, r)));
     let model = base.scene.solved();
