@@ -228,8 +228,8 @@ impl Change {
             };
             let elements: Vec<PlacedElement> = parts.iter().flat_map(asked).collect();
             let one_by_one = |_| elements.iter().map(|e| dependence(e, all).ok().flatten()).collect();
-            let found = dependences(&elements, &Vec::from_iter(0..elements.len()), all, |_, terms| terms)
-                .unwrap_or_else(one_by_one);
+            let these: Vec<usize> = (0..elements.len()).collect();
+            let found = dependences(&elements, &these, all, |_, terms| terms).unwrap_or_else(one_by_one);
             let mut found = found.into_iter();
             let mut next = || found.next().flatten();
             for (k, part) in parts.iter().enumerate() {
