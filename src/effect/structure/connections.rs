@@ -1,7 +1,7 @@
 //! The connections of members of one kind, which give alike: the bolted ends of all the braces, of all the beams of a floor.
 
 use super::places::arrange;
-use super::{End, Joint, PartKind, Structure};
+use super::{End, Joint, Part, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use std::collections::{BTreeSet, HashSet};
@@ -43,13 +43,15 @@ impl<'a> Structure<'a> {
         part.into_iter().flat_map(|part| self.connections_in(&part.elements, dof)).map(|i| &self.ends[i]).collect()
     }
 
-    /// An end where nothing but the same line goes on is none.
+    /// An end where nothing but the same line or chain goes on is none, whatever stands on it.
     fn connections_in<'s>(&'s self, elements: &[usize], dof: Dof) -> impl Iterator<Item = usize> + use<'s, 'a> {
         let inside: HashSet<usize> = elements.iter().copied().collect();
         let goes_on = |end: &End| {
-            let at = &self.elements_at_nodes()[end.node];
-            let has_both = |line: &super::Part| at.iter().all(|e| line.elements.contains(e));
-            at.len() == 2 && self.parts.iter().any(|part| part.kind == PartKind::Line && has_both(part))
+            let here = self.elements_at_nodes()[end.node].iter();
+            let members: Vec<usize> = here.copied().filter(|&e| self.deforms(e)).collect();
+            let has_all = |line: &Part| members.iter().all(|e| line.elements.contains(e));
+            let is_line = |part: &&Part| matches!(part.kind, PartKind::Line | PartKind::Chain);
+            members.len() == 2 && self.parts.iter().filter(is_line).any(has_all)
         };
         let is_one = move |end: &End| {
             inside.contains(&end.element) && end.joint[dof as usize] == Some(Joint::Member) && !goes_on(end)
