@@ -48,10 +48,10 @@ impl<'a> Structure<'a> {
         let inside: HashSet<usize> = elements.iter().copied().collect();
         let goes_on = |end: &End| {
             let here = self.elements_at_nodes()[end.node].iter();
-            let members: Vec<usize> = here.copied().filter(|&e| self.deforms(e)).collect();
-            let has_all = |line: &Part| members.iter().all(|e| line.elements.contains(e));
+            let beams: Vec<usize> = here.copied().filter(|&e| self.is_beam(e) && self.deforms(e)).collect();
+            let has_all = |line: &Part| beams.iter().all(|e| line.elements.contains(e));
             let is_line = |part: &&Part| matches!(part.kind, PartKind::Line | PartKind::Chain);
-            members.len() == 2 && self.parts.iter().filter(is_line).any(has_all)
+            beams.len() == 2 && self.parts.iter().filter(is_line).any(has_all)
         };
         let is_one = move |end: &End| {
             inside.contains(&end.element) && end.joint[dof as usize] == Some(Joint::Member) && !goes_on(end)
