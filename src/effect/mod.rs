@@ -167,7 +167,7 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     }
 
     /// Names of the effects at the same place that it becomes at a limit of its sizes. Where one of them is more
-    /// probable, it is not a hypothesis of its own.
+    /// probable, it is not a hypothesis of its own. Two that name each other say one thing, and the more probable stands.
     fn becomes(&self) -> &'static [&'static str] {
         &[]
     }

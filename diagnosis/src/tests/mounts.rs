@@ -17,6 +17,20 @@ fn portal(pump: &str) -> Model {
     ))
 }
 
+/// Eight modes of a truth at all nodes of a portal but that of its pump.
+fn measured_beside_the_pump(base: &Model, truth: &Model, seed: u64) -> TestData {
+    let sensors: Vec<_> =
+        retune::update::node_sensors(base).into_iter().filter(|s| !s.name.starts_with("p.")).collect();
+    let mut test = twin_modes(truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
+    test.modes.iter_mut().for_each(|m| m.label = None);
+    test
+}
+
+/// Of the size whose name ends so.
+fn interval_of(h: &HypothesisResult, name: &str) -> [f64; 2] {
+    h.estimates.iter().find(|e| e.parameter.ends_with(name)).unwrap().interval
+}
+
 #[test]
 fn a_pump_on_a_bracket_that_gives_is_found() {
     let base = portal("rigid_links: {bracket: {master: g, slaves: [p]}}\n");
@@ -25,14 +39,10 @@ fn a_pump_on_a_bracket_that_gives_is_found() {
         "rigid_links: {bracket: {master: g, slaves: [p], dofs: [ux, uy, rx, ry, rz]}}\nsprings: {bracket: {nodes: [g, p], k: {uz: 1.28e6}}}\n",
     );
     for &seed in first(1, &[1, 2, 3]) {
-        let sensors: Vec<_> =
-            retune::update::node_sensors(&base).into_iter().filter(|s| !s.name.starts_with("p.")).collect();
-        let mut test = twin_modes(&truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
-        test.modes.iter_mut().for_each(|m| m.label = None);
-        let d = told(&base, &test);
+        let d = told(&base, &measured_beside_the_pump(&base, &truth, seed));
         let first = &d.hypotheses[0];
         assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "flexible-mount@pump.uz"), "{seed}");
-        let estimate = |name: &str| first.estimates.iter().find(|e| e.parameter.ends_with(name)).unwrap().interval;
+        let estimate = |name: &str| interval_of(first, name);
         let [low, high] = estimate("stiffness");
         assert!((1.28e6 - 0.5 * (low + high)).abs() < high - low, "{seed}: {low} {high}");
         assert!(estimate("share")[1] > 0.98, "{seed}");
@@ -48,14 +58,10 @@ fn a_pump_on_isolators_that_give_in_two_directions_is_found() {
          springs: {isolators: {nodes: [g, p], k: {ux: 1.42e5, uz: 1.28e6}}}\n",
     );
     for &seed in first(1, &[1, 2, 3]) {
-        let sensors: Vec<_> =
-            retune::update::node_sensors(&base).into_iter().filter(|s| !s.name.starts_with("p.")).collect();
-        let mut test = twin_modes(&truth, &[205e9], &sensors, &noise(8, seed), "twin of a story").unwrap();
-        test.modes.iter_mut().for_each(|m| m.label = None);
-        let d = told(&base, &test);
+        let d = told(&base, &measured_beside_the_pump(&base, &truth, seed));
         let first = &d.hypotheses[0];
         assert_eq!((d.verdict, first.id.as_str()), (Verdict::MissingEffect, "flexible-mount@pump.all_axes"), "{seed}");
-        let estimate = |name: &str| first.estimates.iter().find(|e| e.parameter.ends_with(name)).unwrap().interval;
+        let estimate = |name: &str| interval_of(first, name);
         for (name, known) in [("stiffness_ux", 1.42e5), ("stiffness_uz", 1.28e6)] {
             let [low, high] = estimate(name);
             assert!((known - 0.5 * (low + high)).abs() < high - low, "{seed}: {name} {low} {high}");
