@@ -1,7 +1,7 @@
 //! The connections of members of one kind, which give alike: the bolted ends of all the braces, of all the beams of a floor.
 
 use super::places::arrange;
-use super::{End, Joint, Part, PartKind, Structure};
+use super::{End, Joint, PartKind, Structure};
 use crate::effect::location::{Location, LocationKind};
 use crate::element::Dof;
 use std::collections::{BTreeSet, HashSet};
@@ -46,12 +46,17 @@ impl<'a> Structure<'a> {
     /// An end where nothing but the same line or chain goes on is none, whatever stands on it.
     fn connections_in<'s>(&'s self, elements: &[usize], dof: Dof) -> impl Iterator<Item = usize> + use<'s, 'a> {
         let inside: HashSet<usize> = elements.iter().copied().collect();
-        let goes_on = |end: &End| {
+        // The lines and chains that have an element.
+        let mut lines: Vec<Vec<usize>> = vec![Vec::new(); self.model.elements().len()];
+        for (i, part) in self.parts.iter().enumerate() {
+            if matches!(part.kind, PartKind::Line | PartKind::Chain) {
+                part.elements.iter().for_each(|&e| lines[e].push(i));
+            }
+        }
+        let goes_on = move |end: &End| {
             let here = self.elements_at_nodes()[end.node].iter();
             let beams: Vec<usize> = here.copied().filter(|&e| self.is_beam(e) && self.deforms(e)).collect();
-            let has_all = |line: &Part| beams.iter().all(|e| line.elements.contains(e));
-            let is_line = |part: &&Part| matches!(part.kind, PartKind::Line | PartKind::Chain);
-            beams.len() == 2 && self.parts.iter().filter(is_line).any(has_all)
+            matches!(beams[..], [a, b] if lines[a].iter().any(|line| lines[b].contains(line)))
         };
         let is_one = move |end: &End| {
             inside.contains(&end.element) && end.joint[dof as usize] == Some(Joint::Member) && !goes_on(end)
